@@ -140,6 +140,35 @@ impl BodyAssembly {
         select::select(choice, &from).map_err(|(field, message)| SceneError::new(field, message))
     }
 
+    /// By triangle of its surface: the number of the zone that it is of, from 1; 0: none. The last of some counts. `path` is
+    /// where they are described, by name.
+    pub fn zones<'z>(
+        &self,
+        path: &str,
+        surface: &Surface,
+        zones: impl Iterator<Item = (&'z String, &'z Select)>,
+    ) -> Result<Vec<usize>, SceneError> {
+        let mut all = vec![0; surface.triangles.len()];
+        for ((name, select), number) in zones.zip(1..) {
+            let path = format!("{path}.{name}");
+            let mut inside = vec![false; self.nodes];
+            let nodes = self.select(select).map_err(|error| error.under(&path))?;
+            nodes.iter().for_each(|&node| inside[node as usize] = true);
+            let mut any = false;
+            for (one, triangle) in all.iter_mut().zip(&surface.triangles) {
+                if triangle.iter().all(|&node| inside[node as usize]) {
+                    (*one, any) = (number, true);
+                }
+            }
+            if !any {
+                let message =
+                    format!("means {} nodes and no whole triangle; all three corners count", nodes.len());
+                return Err(SceneError::new("select", message).under(&path));
+            }
+        }
+        Ok(all)
+    }
+
     /// The nodes of a selection that a load acts on: one for each vertex, also where a vertex has several.
     pub fn select_loaded(&self, choice: &Select) -> Result<Vec<u32>, SceneError> {
         let mut nodes = self.select(choice)?;

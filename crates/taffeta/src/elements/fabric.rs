@@ -2,7 +2,7 @@
 
 use crate::assembly::body::BodyAssembly;
 use crate::real::{add, cross, dot, norm, scale, sub};
-use crate::scene::{Body, Fabric, Material, RestCurvature, SceneError, Surface, WarpWeft};
+use crate::scene::{Body, Fabric, RestCurvature, SceneError, Surface, WarpWeft};
 use crate::topology::{Csr, Edges, RestShape};
 
 /// A body's triangles and what they are made of.
@@ -67,7 +67,11 @@ impl BodyAssembly {
             return Err(SceneError::new("material", message));
         }
         let shape = RestShape::of(&surface, self.placement.factor);
-        let zones = self.zones(material, &surface)?;
+        let named = material.zones.iter().map(|(name, zone)| (name, &zone.select));
+        let zones = self.zones("material.zone", &surface, named)?;
+        let rest_scales = material.zones.values().map(|zone| zone.rest_scale);
+        let factors: Vec<WarpWeft> =
+            std::iter::once(None).chain(rest_scales).map(|scale| scale.unwrap_or(1.0.into())).collect();
         let base = material.fabric();
         let frames = Frames::new(self, &surface, &shape, material.warp.unwrap_or([1.0, 0.0]));
         if let (true, false) = (is_anisotropic(&base), frames.is_known()) {
@@ -79,7 +83,7 @@ impl BodyAssembly {
         }
         self.warnings.extend(material.unusual());
         let triangle = |(index, user): (usize, &[u32; 3])| {
-            let (zone, factor) = zones[index];
+            let (zone, factor) = (zones[index], factors[zones[index]]);
             let rest = frames.flattened(index).map(|[u, v]| [u * factor.warp, v * factor.weft]);
             let nodes = user.map(|node| self.solver_local(node as usize) as u32);
             let is_held = nodes.iter().all(|&node| !self.free[node as usize]);
@@ -108,29 +112,6 @@ impl BodyAssembly {
         if self.laid().is_some() {
             self.extensions.insert(None::<Laid>);
         }
-    }
-
-    /// By triangle: which fabric, and the factor on its lengths at rest.
-    fn zones(&self, material: &Material, surface: &Surface) -> Result<Vec<(usize, WarpWeft)>, SceneError> {
-        let mut all = vec![(0, WarpWeft::from(1.0)); surface.triangles.len()];
-        for ((name, zone), number) in material.zones.iter().zip(1..) {
-            let path = format!("material.zone.{name}");
-            let mut inside = vec![false; self.nodes];
-            let nodes = self.select(&zone.select).map_err(|error| error.under(&path))?;
-            nodes.iter().for_each(|&node| inside[node as usize] = true);
-            let mut any = false;
-            for (one, triangle) in all.iter_mut().zip(&surface.triangles) {
-                if triangle.iter().all(|&node| inside[node as usize]) {
-                    (*one, any) = ((number, zone.rest_scale.unwrap_or(1.0.into())), true);
-                }
-            }
-            if !any {
-                let message =
-                    format!("means {} nodes and no whole triangle; all three corners count", nodes.len());
-                return Err(SceneError::new("select", message).under(&path));
-            }
-        }
-        Ok(all)
     }
 }
 

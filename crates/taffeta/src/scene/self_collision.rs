@@ -1,6 +1,7 @@
-use crate::scene::Body;
+use crate::scene::{Body, Select};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// What touches what in a body's contact with itself and others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -41,9 +42,36 @@ pub struct SelfCollision {
     /// Between triangles: names of other bodies that it does not touch.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
+    /// Between triangles: parts of the body that keep another distance, by name. Where some overlap, the last by name counts.
+    #[serde(rename = "zone", skip_serializing_if = "BTreeMap::is_empty")]
+    pub zones: BTreeMap<String, ContactZone>,
+}
+
+/// A part of a body that keeps another distance than the rest.
+///
+/// ```
+/// use taffeta::scene::{ContactZone, Select, SelfCollision};
+///
+/// let padding = ContactZone { select: Select::rows(0, 5), thickness: 0.012 };
+/// let jacket = SelfCollision { thickness: 0.003, zones: [("shoulders".into(), padding)].into(), ..SelfCollision::default() };
+/// # assert_eq!(jacket.zones["shoulders"].thickness, 0.012);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactZone {
+    /// Which nodes: a triangle is of the zone when all of its corners are.
+    pub select: Select,
+    /// Distance that is kept [m]; between two zones it is the mean of both.
+    pub thickness: f64,
 }
 
 impl SelfCollision {
+    /// The largest distance that a part keeps [m], and the zone that does if it is not the whole body.
+    pub(crate) fn thickest(&self) -> (f64, Option<&String>) {
+        let zones = self.zones.iter().map(|(name, zone)| (zone.thickness, Some(name)));
+        zones.fold((self.thickness, None), |most, one| if one.0 > most.0 { one } else { most })
+    }
+
     /// Whether the body may touch another one of this name.
     pub(crate) fn may_touch(&self, other: &String) -> bool {
         (self.with.is_empty() || self.with.contains(other)) && !self.without.contains(other)
@@ -75,6 +103,7 @@ impl Default for SelfCollision {
             restitution: 0.0,
             with: Vec::new(),
             without: Vec::new(),
+            zones: BTreeMap::new(),
         }
     }
 }

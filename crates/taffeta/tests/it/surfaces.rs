@@ -2,10 +2,11 @@
 
 use crate::common::{V, build_as, levels, positions, run, turned};
 use crate::pairs::{set_velocities, velocities};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use taffeta::scene::{
-    Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Keyframe, Mass, Material, Mesh, Method,
-    Pin, Scene, Select, SelfCollision, Torus,
+    Body, Collider, ConstraintForm, ContactForm, ContactZone, Cuboid, Cylinder, Keyframe, Mass, Material,
+    Mesh, Method, Pin, Scene, Select, SelfCollision, Torus,
 };
 use taffeta::{Precision, Simulation};
 
@@ -410,14 +411,19 @@ fn a_restored_simulation_goes_on_bit_by_bit() {
 
 #[test]
 fn a_thickness_in_millimetres_is_warned_of() {
-    let said = |thickness: f64| {
+    let said = |thickness: f64, zones: BTreeMap<String, ContactZone>| {
         let mut one = sheet("one", [8, 8], [0.0; 3], 0.3);
         one.self_collision.as_mut().expect("it touches").thickness = thickness;
+        one.self_collision.as_mut().expect("it touches").zones = zones;
         let words = crate::common::warnings(&build(&Scene::new("").time(0.01, 5e-4).body(one)));
-        words.iter().any(|words| words.contains("thickness is 3 m") && words.contains("mm are divided"))
+        words.into_iter().find(|words| words.contains("thickness is 3 m") && words.contains("mm are divided"))
     };
-    assert!(said(3.0));
-    assert!(!said(0.003));
+    assert!(said(3.0, BTreeMap::new()).is_some());
+    assert!(said(0.003, BTreeMap::new()).is_none());
+    assert!(
+        said(0.003, zone(0..24, 3.0))
+            .is_some_and(|words| words.contains("self_collision.zone.hem.thickness"))
+    );
 }
 
 #[test]
@@ -468,6 +474,60 @@ fn bodies_touch_those_that_they_are_to_touch() {
         bodies[0].self_collision = Some(SelfCollision { without: name("middle"), ..touch(&mut bodies[0]) });
     });
     assert!(middle < -0.1 && (0.004..0.006).contains(&top), "{middle} {top}");
+}
+
+/// A zone of triangles whose corners are all of some nodes.
+fn zone(nodes: impl IntoIterator<Item = u32>, thickness: f64) -> BTreeMap<String, ContactZone> {
+    let select = Select::nodes(nodes.into_iter().collect::<Vec<_>>());
+    [("hem".to_owned(), ContactZone { select, thickness })].into()
+}
+
+#[test]
+fn a_zone_keeps_its_own_distance() {
+    let height = |thickness: Option<[f64; 2]>| {
+        let mut low = sheet("low", [6, 12], [0.0; 3], 0.3);
+        low.pins = vec![Pin { select: Select::nodes((0..72).collect::<Vec<_>>()), ..Pin::default() }];
+        let mut top = sheet("top", [6, 12], [0.0, 0.03, 0.0], 0.3);
+        // The last four columns of both.
+        let hem = || (0..72).filter(|node| node % 12 >= 8);
+        for (body, thickness) in [&mut low, &mut top].into_iter().zip(thickness.into_iter().flatten()) {
+            body.self_collision.as_mut().expect("it touches").zones = zone(hem(), thickness);
+        }
+        let mut simulation = build(&Scene::new("hem").time(1.0 / 60.0, 5e-4).body(low).body(top));
+        run_free(&mut simulation, 40, "a hem");
+        let x = positions(&simulation);
+        let mean = |cols: std::ops::Range<usize>| {
+            let nodes = (0..72).filter(|node| cols.contains(&(node % 12)));
+            nodes.map(|node| x[72 + node][1]).sum::<f64>() / (6 * cols.len()) as f64
+        };
+        [mean(0..5), mean(9..12)]
+    };
+    let near = |[plain, hem]: [f64; 2], wanted: [f64; 2]| {
+        assert!((plain - wanted[0]).abs() < 0.1 * wanted[0], "{plain} m of {wanted:?}");
+        assert!((hem - wanted[1]).abs() < 0.1 * wanted[1], "{hem} m of {wanted:?}");
+    };
+    near(height(None), [THICK, THICK]);
+    // Between two it is the mean of both.
+    near(height(Some([0.013, 0.013])), [THICK, 0.013]);
+    near(height(Some([0.013, THICK])), [THICK, 0.009]);
+}
+
+#[test]
+fn zones_of_contact_are_checked() {
+    let refused = |change: &dyn Fn(&mut SelfCollision)| {
+        let mut one = sheet("one", [4, 4], [0.0; 3], 0.3);
+        change(one.self_collision.as_mut().expect("it touches"));
+        let scene = Scene::new("").time(0.01, 5e-4).body(one);
+        crate::common::scene_error(Simulation::new(&scene, &taffeta::Options::default())).to_string()
+    };
+    let few = refused(&|touch| touch.zones = zone([0, 1], 0.01));
+    assert!(few.contains("self_collision.zone.hem.select") && few.contains("no whole triangle"), "{few}");
+    let none = refused(&|touch| touch.zones = zone(0..99, 0.01));
+    assert!(none.contains("self_collision.zone.hem.select"), "{none}");
+    let thin = refused(&|touch| touch.zones = zone(0..9, 0.0));
+    assert!(thin.contains("self_collision.zone.hem.thickness"), "{thin}");
+    let nodes = refused(&|touch| (touch.form, touch.zones) = (ContactForm::Nodes, zone(0..9, 0.01)));
+    assert!(nodes.contains("self_collision.zone") && nodes.contains("form = \"triangles\""), "{nodes}");
 }
 
 #[test]

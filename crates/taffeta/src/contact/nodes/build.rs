@@ -17,7 +17,7 @@ const MAX_EXCLUSIONS: usize = 1024;
 impl BodyAssembly {
     /// Enables self-collision of the body, whose springs are known.
     pub(crate) fn enable_self_collision(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
-        let exclusions = exclusions(self, wish.thickness)?;
+        let exclusions = exclusions(self, wish.thickness, "self_collision.thickness")?;
         let edges = edges(self);
         let lengths = || edges.iter().map(|pair| measure::length(&self.start, *pair));
         let longest = lengths().fold(0.0, f64::max);
@@ -40,7 +40,7 @@ impl BodyAssembly {
 }
 
 /// Nodes of a body that are neighbours along its surface: closer than the length of a fold whose layers are a thickness apart.
-pub(crate) fn exclusions(body: &BodyAssembly, thickness: f64) -> Result<Exclusions, SceneError> {
+pub(crate) fn exclusions(body: &BodyAssembly, thickness: f64, key: &str) -> Result<Exclusions, SceneError> {
     let reach = std::f64::consts::FRAC_PI_2 * thickness;
     let edges = edges(body);
     let found = match body.grid_layout {
@@ -49,13 +49,13 @@ pub(crate) fn exclusions(body: &BodyAssembly, thickness: f64) -> Result<Exclusio
     };
     found.ok_or_else(|| {
         let length = edges.iter().map(|pair| measure::length(&body.start, *pair)).sum::<f64>();
-        too_thick(thickness, length / edges.len().max(1) as f64)
+        too_thick(key, thickness, length / edges.len().max(1) as f64)
     })
 }
 
-fn too_thick(thickness: f64, edge: f64) -> SceneError {
+fn too_thick(key: &str, thickness: f64, edge: f64) -> SceneError {
     SceneError::new(
-        "self_collision.thickness",
+        key,
         format!(
             "is {} m, and nodes are {edge:.2e} m from their neighbours: a node would have over {MAX_EXCLUSIONS} neighbours \
              within the thickness; {:.2e} m, or a coarser mesh would do",

@@ -230,7 +230,7 @@ fn lists_pair(seeker: Seeker, other: u32) -> bool {
 }
 
 fn list_pair(seeker: Seeker, other: u32, box_at: u32) {
-    let material = material_of(leaf_word(seeker.leaf, LEAF_SURFACE), leaf_word(other, LEAF_SURFACE));
+    let material = material_of(leaf_word(seeker.leaf, LEAF_MATERIAL), leaf_word(other, LEAF_MATERIAL));
     let reach = reach_of(seeker, box_at, material.x);
     if material.x < 0.0 || !is_in_reach(seeker, box_at, reach) {
         return;

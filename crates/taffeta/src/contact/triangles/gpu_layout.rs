@@ -65,7 +65,7 @@ words! {
     ROW_ITEMS_AT = 18;
     RINGS_AT = 19;
     MATERIALS_AT = 20;
-    SURFACE_COUNT = 21;
+    MATERIAL_COUNT = 21;
     LEAVES_OF_AT = 22;
     LEAF_ITEMS_AT = 23;
     START_AT = 24;
@@ -90,7 +90,7 @@ words! {
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
-    LEAF_SURFACE = 17;
+    LEAF_MATERIAL = 17;
     LEAF_HELD = 18;
     LEAF_COUNTS = 19;
     LEAF_TRIANGLES = 20;

@@ -257,7 +257,7 @@ impl SurfaceTables {
             put(layout::LEVEL_BOXES + 2 * level, *first);
             put(layout::LEVEL_BOXES + 2 * level + 1, *count);
         }
-        put(layout::SURFACE_COUNT, surfaces.materials.len());
+        put(layout::MATERIAL_COUNT, surfaces.materials.len());
         put(layout::IS_SOLVED, usize::from(is_solved));
         put(layout::BUCKETS, buckets);
         let cap = surfaces.longest_way();
@@ -342,7 +342,7 @@ fn leaf_words(leaf: &Leaf, local: impl Fn(u32) -> u32) -> [u32; layout::LEAF_WOR
         *word = local(node);
     }
     all[layout::LEAF_NODES] = leaf.count as u32;
-    all[layout::LEAF_SURFACE] = leaf.surface;
+    all[layout::LEAF_MATERIAL] = leaf.material;
     all[layout::LEAF_HELD] = u32::from(leaf.held);
     all[layout::LEAF_COUNTS] = packed(leaf.counts.map(|count| count as u8));
     for (word, &triangle) in all[layout::LEAF_TRIANGLES..].iter_mut().zip(&leaf.triangles) {
@@ -413,7 +413,7 @@ fn mask_words(mask: &Mask) -> impl Iterator<Item = u32> + '_ {
     mask.chunks(2).map(|two| u32::from(two[0]) | u32::from(two[1]) << 16)
 }
 
-/// Thickness and friction of all pairs of surfaces; the thickness is below zero where they do not touch.
+/// Thickness and friction of all pairs of materials; the thickness is below zero where they do not touch.
 fn materials(surfaces: &Surfaces) -> impl Iterator<Item = u32> + '_ {
     let count = surfaces.materials.len() as u32;
     let pairs = (0..count).flat_map(move |a| (0..count).map(move |b| [a, b]));

@@ -57,7 +57,7 @@ fn load_leaves(id: vec3u, lane: u32) -> LeafPair {
     }
     workgroupBarrier();
     let counts = candidate_count(pair.x == pair.y);
-    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
+    let material = material_of(leaf_words[LEAF_MATERIAL], leaf_words[LEAF_WORDS + LEAF_MATERIAL]);
     let count = select(0u, counts.x + counts.y + counts.z, index == workgroup_index(id));
     return LeafPair(pair, counts, material, count);
 }

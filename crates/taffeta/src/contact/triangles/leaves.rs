@@ -1,4 +1,4 @@
-//! Leaves: a few triangles of one surface that are near each other, with their nodes, and what is known of pairs of nodes of
+//! Leaves: a few triangles of one surface, in one of its zones, that are near each other, with their nodes, and what is known of pairs of nodes of
 //! two leaves.
 
 use crate::contact::triangles::surfaces::Surfaces;
@@ -18,8 +18,8 @@ pub struct Leaf {
     pub nodes: [u32; LANES],
     /// How many they are.
     pub count: usize,
-    /// The number of its surface.
-    pub surface: u32,
+    /// The number of its material: that of its surface, or of a zone.
+    pub material: u32,
     /// Nodes that never give way, a bit for each lane.
     pub held: u16,
     /// Three of its nodes, by lane, that are far from each other.
@@ -57,11 +57,11 @@ pub struct Rings {
 }
 
 impl Leaf {
-    fn new(surface: u32, first: [u32; 3]) -> Self {
+    fn new(material: u32, first: [u32; 3]) -> Self {
         Self {
             nodes: [0; LANES],
             count: 0,
-            surface,
+            material,
             held: 0,
             frame: [0; 3],
             first,
@@ -117,16 +117,16 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Of triangles by place, with the surface of each place, where it is at the start [m], and whether it is held.
-    pub fn new(triangles: &[[u32; 3]], surface_of: &[u32], start: &[[f64; 3]], held: &[bool]) -> Self {
+    /// Of triangles by place, with the material of each, and where each place is at the start [m], and whether it is held.
+    pub fn new(triangles: &[[u32; 3]], materials: &[u32], start: &[[f64; 3]], held: &[bool]) -> Self {
         let mut all = Self { leaves: Vec::new(), edges: Vec::new(), vertices: Vec::new() };
         let (mut edges, mut vertices) = (HashSet::new(), HashSet::new());
-        for (number, &triangle) in (0..).zip(triangles) {
-            let surface = surface_of[triangle[0] as usize];
-            let fits = all.leaves.last().is_some_and(|leaf| leaf.surface == surface && leaf.takes(triangle));
+        for (number, (&triangle, &material)) in (0..).zip(triangles.iter().zip(materials)) {
+            let fits =
+                all.leaves.last().is_some_and(|leaf| leaf.material == material && leaf.takes(triangle));
             if !fits {
                 let first = [number, all.edges.len() as u32, all.vertices.len() as u32];
-                all.leaves.push(Leaf::new(surface, first));
+                all.leaves.push(Leaf::new(material, first));
             }
             let Some(leaf) = all.leaves.last_mut() else { continue };
             let lanes = triangle.map(|node| leaf.lane(node));

@@ -6,7 +6,8 @@ use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::real::add;
 use crate::scene::{
-    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision, Solver,
+    Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
+    Solver,
 };
 
 /// Where nodes are that are not [m].
@@ -34,11 +35,14 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
         .collider(Collider::plane([0.0, -0.07, 0.0], [0.03, 1.0, 0.02]).friction(0.4))
         .collider(moving.friction(0.3).offset(0.017))
         .time(0.0173, 0.0041);
+    let mut fine = touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]);
+    let hem = ContactZone { select: Select::rows(0, 3), thickness: 0.0193 };
+    fine.self_collision.iter_mut().for_each(|touch| touch.zones = [("hem".into(), hem.clone())].into());
     scene.bodies = vec![
         touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
             .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
-        touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]).at([0.0, between, 0.0]),
+        fine.at([0.0, between, 0.0]),
         touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.1, 0.02]),
     ];
     scene.solver = solver;

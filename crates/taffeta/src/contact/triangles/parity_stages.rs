@@ -333,7 +333,7 @@ impl Twin {
         // Some have come so far apart that only those with a force remain contacts.
         let mut other = self.clone();
         let materials = other.tables[layout::MATERIALS_AT] as usize;
-        let count = (other.tables[layout::SURFACE_COUNT] as usize).pow(2);
+        let count = (other.tables[layout::MATERIAL_COUNT] as usize).pow(2);
         for pair in 0..count {
             let thickness = &mut other.tables[materials + 2 * pair];
             *thickness = (1.05 * f32::from_bits(*thickness)).to_bits();

@@ -10,7 +10,7 @@ use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
-use crate::scene::{ContactForm, Scene, SceneError, SelfCollision, plain};
+use crate::scene::{ContactForm, ContactZone, Scene, SceneError, SelfCollision, plain};
 use crate::topology::boxes::{around, leaf_order};
 use crate::topology::{Piercing, measure, piercings};
 use std::collections::{HashMap, HashSet};
@@ -33,13 +33,26 @@ pub struct SurfaceContact {
     pub friction: f64,
     /// Which nodes are neighbours along the surface.
     neighbours: Exclusions,
+    /// Parts that keep another distance.
+    zones: Vec<ThickZone>,
+}
+
+/// Triangles that keep another distance than the rest of their surface.
+#[derive(Clone, Debug)]
+struct ThickZone {
+    /// Distance kept [m].
+    thickness: f64,
+    /// By number: among those of the body, or of all surfaces.
+    triangles: Vec<usize>,
 }
 
 /// All surfaces of a scene.
 #[derive(Default)]
 pub struct Surfaces {
-    /// Thickness [m] and friction of each body that has one, by the number of its surface.
+    /// Thickness [m] and friction of each surface by its number, then of zones that have another thickness.
     pub materials: Vec<[f64; 2]>,
+    /// The surface of each of the latter.
+    zones: Vec<u32>,
     /// The number of the surface of each place; none has a place without. Behind the places of nodes are those of corners of
     /// colliders.
     pub surface_of: Vec<u32>,
@@ -87,6 +100,8 @@ struct Listed {
     joined: HashMap<u32, Vec<u32>>,
     /// Neighbours along the surface by body: its first place, its grid.
     neighbours: Vec<(usize, Option<[usize; 2]>, Exclusions)>,
+    /// Zones, and the surfaces that they are of.
+    zones: Vec<(u32, ThickZone)>,
 }
 
 /// The two kinds of pairs.
@@ -129,18 +144,37 @@ impl BodyAssembly {
                 "is more than 0, which contact between triangles cannot do; 0, or form = \"nodes\" would do";
             return Err(SceneError::new("self_collision.restitution", message));
         }
-        let neighbours = exclusions(self, wish.thickness)?;
+        let (thickest, zone) = wish.thickest();
+        let within = zone.map_or(String::new(), |name| format!("zone.{name}."));
+        let key = format!("self_collision.{within}thickness");
+        let neighbours = exclusions(self, thickest, &key)?;
+        let zones = self.thick_zones(wish)?;
         let across = extent(around(self.start.iter().copied()));
-        if wish.thickness > across {
+        if thickest > across {
             self.warnings.push(format!(
-                "self_collision.thickness is {} m, and all of the body is {across:.3} m across: whatever comes near it touches all of \
+                "{key} is {} m, and all of the body is {across:.3} m across: whatever comes near it touches all of \
                  it; 0.002 to 0.005 m is usual for cloth (mm are divided by 1000)",
-                plain(wish.thickness)
+                plain(thickest)
             ));
         }
         let SelfCollision { thickness, friction, .. } = *wish;
-        self.extensions.insert(SurfaceContact { thickness, friction, neighbours });
+        self.extensions.insert(SurfaceContact { thickness, friction, neighbours, zones });
         Ok(())
+    }
+
+    /// The zones that keep another distance.
+    fn thick_zones(&self, wish: &SelfCollision) -> Result<Vec<ThickZone>, SceneError> {
+        if wish.zones.is_empty() {
+            return Ok(Vec::new());
+        }
+        let named = wish.zones.iter().map(|(name, zone)| (name, &zone.select));
+        let of_triangles = self.zones("self_collision.zone", &self.user_surface(), named)?;
+        let of_zone = |(number, zone): (usize, &ContactZone)| {
+            let all = of_triangles.iter().enumerate();
+            let triangles = all.filter(|(_, of)| **of == number).map(|(triangle, _)| triangle).collect();
+            ThickZone { thickness: zone.thickness, triangles }
+        };
+        Ok((1..).zip(wish.zones.values()).map(of_zone).collect())
     }
 }
 
@@ -172,7 +206,7 @@ impl Assembly {
         let mut numbers = Vec::new();
         for body in &self.bodies {
             numbers.push(all.materials.len() as u32);
-            triangles.extend(all.add_body(body, &mut listed));
+            all.add_body(body, &mut listed, &mut triangles);
         }
         all.apart = apart.0.iter().map(|pair| pair.map(|body| numbers[body])).collect();
         if triangles.is_empty() {
@@ -187,14 +221,17 @@ impl Assembly {
             of_colliders.push(all.materials.len() as u32);
             triangles.extend(all.add_collider(collider));
         }
+        let materials = all.add_zones(&listed, &triangles);
         all.frictions = self.frictions_of(&numbers, &of_colliders);
         listed.held.resize(all.start.len(), true);
         all.thickest = all.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max);
         all.thinnest = all.least_thickness();
         let mut order = leaf_order(&all.start, &triangles);
-        order.sort_by_key(|&triangle| all.surface_of[triangles[triangle as usize][0] as usize]);
-        all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
-        all.cut(&listed);
+        let surface = |triangle: u32| all.surface_of[triangles[triangle as usize][0] as usize];
+        order.sort_by_key(|&triangle| (surface(triangle), materials[triangle as usize]));
+        all.triangles = order.iter().map(|&triangle| triangles[triangle as usize]).collect();
+        let materials: Vec<u32> = order.into_iter().map(|triangle| materials[triangle as usize]).collect();
+        all.cut(&materials, &listed);
         all.start_tangled = self.note_piercings(&all);
         let with_surface =
             self.bodies.iter().enumerate().filter(|(_, body)| body.surface_contact().is_some());
@@ -241,9 +278,9 @@ impl Assembly {
 }
 
 impl Surfaces {
-    /// Adds a body; its triangles by place, none if it has no contact of this form.
-    fn add_body(&mut self, body: &BodyAssembly, listed: &mut Listed) -> Vec<[u32; 3]> {
-        let Some(contact) = body.surface_contact() else { return Vec::new() };
+    /// Adds a body and its triangles by place, none if it has no contact of this form.
+    fn add_body(&mut self, body: &BodyAssembly, listed: &mut Listed, triangles: &mut Vec<[u32; 3]>) {
+        let Some(contact) = body.surface_contact() else { return };
         let (first, number) = (body.first, self.materials.len() as u32);
         self.surface_of[first..first + body.nodes].fill(number);
         self.start[first..first + body.nodes].copy_from_slice(&body.start);
@@ -257,7 +294,32 @@ impl Surfaces {
             let [a, b] = pair.map(place);
             listed.join(a, b);
         }
-        body.user_surface().triangles.iter().map(|triangle| triangle.map(place)).collect()
+        let before = triangles.len();
+        listed.zones.extend(contact.zones.iter().map(|zone| {
+            let of_all = zone.triangles.iter().map(|triangle| before + triangle).collect();
+            (number, ThickZone { triangles: of_all, ..*zone })
+        }));
+        triangles.extend(body.user_surface().triangles.iter().map(|triangle| triangle.map(place)));
+    }
+
+    /// Adds the materials of zones behind those of all surfaces. Returns the material of each triangle.
+    fn add_zones(&mut self, listed: &Listed, triangles: &[[u32; 3]]) -> Vec<u32> {
+        let of_surface = |triangle: &[u32; 3]| self.surface_of[triangle[0] as usize];
+        let mut all: Vec<u32> = triangles.iter().map(of_surface).collect();
+        for (surface, zone) in &listed.zones {
+            let number = self.materials.len() as u32;
+            self.materials.push([zone.thickness, self.materials[*surface as usize][1]]);
+            self.zones.push(*surface);
+            zone.triangles.iter().for_each(|&triangle| all[triangle] = number);
+        }
+        all
+    }
+
+    /// The surface that has a material, itself or in a zone.
+    fn surface_with(&self, material: u32) -> u32 {
+        let surfaces = self.materials.len() - self.zones.len();
+        let zone = (material as usize).checked_sub(surfaces);
+        zone.map_or(material, |zone| self.zones[zone])
     }
 
     /// Adds a collider; its triangles, none if it is round.
@@ -303,10 +365,9 @@ impl Surfaces {
         &self.start[self.places..]
     }
 
-    /// Cuts the triangles into leaves, and measures their edges.
-    fn cut(&mut self, listed: &Listed) {
-        let Cut { leaves, edges, vertices } =
-            Cut::new(&self.triangles, &self.surface_of, &self.start, &listed.held);
+    /// Cuts the triangles, which have these materials, into leaves, and measures their edges.
+    fn cut(&mut self, materials: &[u32], listed: &Listed) {
+        let Cut { leaves, edges, vertices } = Cut::new(&self.triangles, materials, &self.start, &listed.held);
         (self.leaves, self.edges, self.vertices) = (leaves, edges, vertices);
         let lengths = self.edges.iter().map(|&edge| measure::length(&self.start, edge));
         self.longest_edge = lengths.clone().fold(0.0, f64::max);
@@ -327,23 +388,27 @@ impl Surfaces {
     /// The least thickness of two surfaces [m].
     fn least_thickness(&self) -> f64 {
         let least = |some: &[[f64; 2]]| some.iter().map(|[own, _]| *own).fold(f64::INFINITY, f64::min);
-        let (bodies, colliders) = self.materials.split_at(self.soft);
+        let (surfaces, zones) = self.materials.split_at(self.materials.len() - self.zones.len());
+        let (bodies, colliders) = surfaces.split_at(self.soft);
+        let bodies = &[bodies, zones].concat();
         least(bodies).min((OFFSET * least(colliders)).max(LEAST * least(bodies)))
     }
 
-    /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders, or do not touch.
-    pub fn material(&self, surfaces: [u32; 2]) -> Option<[f64; 2]> {
+    /// Thickness [m] and friction of pairs of two surfaces, or of materials of surfaces; `None` if both are of colliders, or do
+    /// not touch.
+    pub fn material(&self, materials: [u32; 2]) -> Option<[f64; 2]> {
+        let surfaces = materials.map(|material| self.surface_with(material));
         let pair = [surfaces[0].min(surfaces[1]), surfaces[0].max(surfaces[1])];
         if self.apart.contains(&pair) {
             return None;
         }
-        let [thickness, friction] = self.material_of_both(surfaces)?;
+        let [thickness, friction] = self.material_of_both(materials, surfaces)?;
         Some([thickness, self.frictions.get(&pair).copied().unwrap_or(friction)])
     }
 
     /// The same by both sides alone.
-    fn material_of_both(&self, surfaces: [u32; 2]) -> Option<[f64; 2]> {
-        let [of_a, of_b] = surfaces.map(|number| self.materials[number as usize]);
+    fn material_of_both(&self, materials: [u32; 2], surfaces: [u32; 2]) -> Option<[f64; 2]> {
+        let [of_a, of_b] = materials.map(|number| self.materials[number as usize]);
         match surfaces.map(|number| number as usize >= self.soft) {
             [true, true] => None,
             [false, false] => Some([0.5 * (of_a[0] + of_b[0]), (of_a[1] * of_b[1]).sqrt()]),

@@ -43,7 +43,7 @@ const ROWS_AT: u32 = 17u;
 const ROW_ITEMS_AT: u32 = 18u;
 const RINGS_AT: u32 = 19u;
 const MATERIALS_AT: u32 = 20u;
-const SURFACE_COUNT: u32 = 21u;
+const MATERIAL_COUNT: u32 = 21u;
 const LEAVES_OF_AT: u32 = 22u;
 const LEAF_ITEMS_AT: u32 = 23u;
 const START_AT: u32 = 24u;
@@ -80,7 +80,7 @@ const IS_SOLVED: u32 = 43u;
 // then these by lanes, a triangle, an edge or four vertices a word.
 const LEAF_WORDS: u32 = 56u;
 const LEAF_NODES: u32 = 16u;
-const LEAF_SURFACE: u32 = 17u;
+const LEAF_MATERIAL: u32 = 17u;
 const LEAF_HELD: u32 = 18u;
 const LEAF_COUNTS: u32 = 19u;
 const LEAF_TRIANGLES: u32 = 20u;
@@ -261,7 +261,7 @@ fn leaf_word(leaf: u32, word: u32) -> u32 {
 
 /// Thickness [m] and friction of pairs of two surfaces; the thickness is below zero if they do not touch.
 fn material_of(a: u32, b: u32) -> vec2f {
-    let at = table(MATERIALS_AT) + 2u * (a * table(SURFACE_COUNT) + b);
+    let at = table(MATERIALS_AT) + 2u * (a * table(MATERIAL_COUNT) + b);
     return vec2f(bitcast<f32>(surface_tables[at]), bitcast<f32>(surface_tables[at + 1u]));
 }
 

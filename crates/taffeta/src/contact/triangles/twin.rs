@@ -92,8 +92,8 @@ impl Twin {
     }
 
     pub fn material(&self, a: usize, b: usize) -> [f32; 2] {
-        let [a, b] = [a, b].map(|leaf| self.leaf(leaf)[layout::LEAF_SURFACE] as usize);
-        let at = self.table(layout::MATERIALS_AT) + 2 * (a * self.table(layout::SURFACE_COUNT) + b);
+        let [a, b] = [a, b].map(|leaf| self.leaf(leaf)[layout::LEAF_MATERIAL] as usize);
+        let at = self.table(layout::MATERIALS_AT) + 2 * (a * self.table(layout::MATERIAL_COUNT) + b);
         [at, at + 1].map(|at| f32::from_bits(self.tables[at]))
     }
 

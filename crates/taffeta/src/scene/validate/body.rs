@@ -8,7 +8,10 @@ use crate::scene::validate::check_shape;
 use crate::scene::validate::material;
 use crate::scene::validate::path::{Checked, Path};
 use crate::scene::validate::{check_motion, check_rotation, check_times};
-use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
+use crate::scene::{
+    Body, ContactForm, Internal, Kind, Mass, Mesh, Place, Select, SelfCollision, Springs, Volume, VolumeForm,
+    VolumeKey,
+};
 
 pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     check_mass(path, body)?;
@@ -31,6 +34,9 @@ pub(crate) fn check(path: &Path, body: &Body) -> Checked {
         check_volume(&path.key("volume"), volume, body.kind)?;
     }
     body.contacts().iter().try_for_each(|contact| check_contact(&path.key(contact.key), contact))?;
+    body.self_collision
+        .as_ref()
+        .map_or(Ok(()), |one| check_contact_zones(&path.key("self_collision"), one))?;
     for (i, pin) in body.pins.iter().enumerate() {
         let path = path.nth("pin", i);
         check_select(&path.key("select"), &pin.select)?;
@@ -129,6 +135,17 @@ fn check_contact(path: &Path, contact: &ContactOfBody) -> Checked {
         Range::Positive(unit) => path.key(name).positive(value, unit),
         Range::NotNegative(unit) => path.key(name).not_negative(value, unit),
         Range::Share => path.key(name).share(value),
+    })
+}
+
+fn check_contact_zones(path: &Path, contact: &SelfCollision) -> Checked {
+    path.key("zone").demand(contact.zones.is_empty() || contact.form == ContactForm::Triangles, || {
+        "is for contact between triangles; form = \"triangles\", or nothing, would do".into()
+    })?;
+    contact.zones.iter().try_for_each(|(name, zone)| {
+        let path = path.key("zone").key(name);
+        check_select(&path.key("select"), &zone.select)?;
+        path.key("thickness").positive(zone.thickness, "m")
     })
 }
 

@@ -3,8 +3,8 @@
 use super::{STEP, kept, on_gpu, soft, with};
 use crate::common::{build_as, farthest, positions, run};
 use taffeta::scene::{
-    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Rotation, Scene, Seam, SeamSide, Select,
-    SelfCollision, VolumeForm,
+    Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Rotation, Scene, Seam,
+    SeamSide, Select, SelfCollision, VolumeForm,
 };
 use taffeta::{Pose, Precision, Simulation};
 
@@ -24,13 +24,20 @@ pub fn sheet(count: u32, side: f64) -> Mesh {
     Mesh::grid(count, count, [side, side])
 }
 
+/// With rows that keep another distance.
+fn with_hem(mut body: Body) -> Body {
+    let hem = ContactZone { select: Select::rows(0, 3), thickness: 0.011 };
+    body.self_collision.as_mut().expect("it touches").zones = [("hem".to_owned(), hem)].into();
+    body
+}
+
 /// A sheet and a ball that fall onto a sheet which is held, and a box below them.
 pub fn heap() -> Scene {
     let ball = Mesh::Icosphere(Icosphere { radius: 0.05, subdivisions: 2 });
     let held = touching("held", sheet(9, 0.3), 0.01).pin(Select::cols(0, 0)).pin(Select::cols(8, 8));
     Scene::new("heap")
         .body(held)
-        .body(touching("fine", sheet(13, 0.2), 0.008).at([0.01, 0.02, 0.03]))
+        .body(with_hem(touching("fine", sheet(13, 0.2), 0.008)).at([0.01, 0.02, 0.03]))
         .body(touching("ball", ball, 0.01).at([0.0, 0.075, 0.0]))
         .collider(Collider::plane([0.0, -0.06, 0.0], [0.0, 1.0, 0.0]).friction(0.4))
         .collider(Collider::cuboid([0.05, -0.06, 0.0], [0.02, 0.03, 0.02]).friction(0.3).offset(0.004))

@@ -388,8 +388,8 @@ impl<T: Real> Leaves<T> {
                     groups.pairs.push(pair);
                     continue;
                 }
-                let surface = |leaf: usize| surfaces.leaves[leaf].surface;
-                let Some([thickness, _]) = surfaces.material([surface(a), surface(b)]) else { continue };
+                let materials = [a, b].map(|leaf| surfaces.leaves[leaf].material);
+                let Some([thickness, _]) = surfaces.material(materials) else { continue };
                 let gap = (squared.sqrt().to_f64() * (1.0 - 1e-5) - KEEPS * thickness).max(0.0);
                 groups.pairs.push(LeafPair {
                     leaves: both,
@@ -413,7 +413,7 @@ fn mean_diagonal(surfaces: &Surfaces, count: usize) -> f64 {
     let soft: Vec<&Leaf> =
         surfaces.leaves.iter().filter(|leaf| (leaf.nodes[0] as usize) < surfaces.places).collect();
     let diagonals = soft.chunks(count).map(|leaves| {
-        let of_one = leaves.iter().filter(|leaf| leaf.surface == leaves[0].surface);
+        let of_one = leaves.iter().filter(|leaf| leaf.material == leaves[0].material);
         extent(around(of_one.flat_map(|leaf| leaf.own()).map(|&node| surfaces.start[node as usize])))
     });
     let (sum, number) = diagonals.fold((0.0, 0_u32), |(sum, number), one| (sum + one, number + 1));

@@ -356,7 +356,7 @@ impl<'a, T: Real> Look<'a, T> {
     ) -> Self {
         let leaves = pair.leaves.map(|leaf| &surfaces.leaves[leaf as usize]);
         let [thickness, friction] =
-            surfaces.material(leaves.map(|leaf| leaf.surface)).unwrap_or_default().map(T::from_f64);
+            surfaces.material(leaves.map(|leaf| leaf.material)).unwrap_or_default().map(T::from_f64);
         Self {
             leaves,
             is_one: pair.leaves[0] == pair.leaves[1],
