@@ -23,8 +23,19 @@ pub fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize
             way[axis][lane] = way[axis][0];
         }
     }
-    // Nodes in the middle of a block of four by four.
-    let by = [0, 1, 2].map(|axis: usize| (way[axis][5] + way[axis][10]) * T::from_f64(0.5));
+    let mut by = [T::ZERO; 3];
+    for axis in 0..3 {
+        let (mut low, mut high) = (way[axis], way[axis]);
+        let mut half = LANES / 2;
+        while half > 0 {
+            for lane in 0..half {
+                low[lane] = if low[lane] < low[lane + half] { low[lane] } else { low[lane + half] };
+                high[lane] = if high[lane] > high[lane + half] { high[lane] } else { high[lane + half] };
+            }
+            half /= 2;
+        }
+        by[axis] = (low[0] + high[0]) * T::from_f64(0.5);
+    }
     let mut far = [T::ZERO; LANES];
     let mut lost = false;
     for lane in 0..LANES {

@@ -2,7 +2,6 @@
 //! two leaves.
 
 use crate::contact::triangles::surfaces::Surfaces;
-use crate::real::{cross, norm, sub};
 use crate::topology::LANES;
 use std::collections::HashSet;
 use std::ops::Range;
@@ -22,8 +21,6 @@ pub struct Leaf {
     pub material: u32,
     /// Nodes that never give way, a bit for each lane.
     pub held: u16,
-    /// Three of its nodes, by lane, that are far from each other.
-    pub frame: [u8; 3],
     /// The first of its triangles, edges and vertices among those of all surfaces, and how many it has.
     pub first: [u32; 3],
     pub counts: [usize; 3],
@@ -63,7 +60,6 @@ impl Leaf {
             count: 0,
             material,
             held: 0,
-            frame: [0; 3],
             first,
             counts: [0; 3],
             triangles: [[0; 3]; LEAF],
@@ -81,20 +77,6 @@ impl Leaf {
     fn takes(&self, triangle: [u32; 3]) -> bool {
         let new = triangle.iter().filter(|node| !self.own().contains(node)).count();
         self.counts[0] < LEAF && self.count + new <= LANES
-    }
-
-    /// Chooses three nodes that span a frame: two that are far from each other, and the one that is farthest from their line.
-    fn choose_frame(&mut self, x: impl Fn(u32) -> [f64; 3]) {
-        let at = |lane: u8| x(self.nodes[usize::from(lane)]);
-        let farthest = |measure: &dyn Fn([f64; 3]) -> f64| {
-            let lanes = 0..self.count as u8;
-            lanes.max_by(|&a, &b| measure(at(a)).total_cmp(&measure(at(b)))).unwrap_or(0)
-        };
-        let first = farthest(&|x| norm(sub(x, at(0))));
-        let second = farthest(&|x| norm(sub(x, at(first))));
-        let along = sub(at(second), at(first));
-        let third = farthest(&|x| norm(cross(along, sub(x, at(first)))));
-        self.frame = [first, second, third];
     }
 
     /// The lane of a node, which it may get now.
@@ -117,8 +99,8 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Of triangles by place, with the material of each, and where each place is at the start [m], and whether it is held.
-    pub fn new(triangles: &[[u32; 3]], materials: &[u32], start: &[[f64; 3]], held: &[bool]) -> Self {
+    /// Of triangles by place, with the material of each, and whether each place is held.
+    pub fn new(triangles: &[[u32; 3]], materials: &[u32], held: &[bool]) -> Self {
         let mut all = Self { leaves: Vec::new(), edges: Vec::new(), vertices: Vec::new() };
         let (mut edges, mut vertices) = (HashSet::new(), HashSet::new());
         for (number, (&triangle, &material)) in (0..).zip(triangles.iter().zip(materials)) {
@@ -152,7 +134,6 @@ impl Cut {
         for leaf in &mut all.leaves {
             let first = leaf.nodes[0];
             leaf.nodes[leaf.count..].fill(first);
-            leaf.choose_frame(|node| start[node as usize]);
             for (lane, &node) in leaf.nodes.iter().enumerate() {
                 leaf.held |= u16::from(held[node as usize]) << lane;
             }

@@ -367,7 +367,7 @@ impl Surfaces {
 
     /// Cuts the triangles, which have these materials, into leaves, and measures their edges.
     fn cut(&mut self, materials: &[u32], listed: &Listed) {
-        let Cut { leaves, edges, vertices } = Cut::new(&self.triangles, materials, &self.start, &listed.held);
+        let Cut { leaves, edges, vertices } = Cut::new(&self.triangles, materials, &listed.held);
         (self.leaves, self.edges, self.vertices) = (leaves, edges, vertices);
         let lengths = self.edges.iter().map(|&edge| measure::length(&self.start, edge));
         self.longest_edge = lengths.clone().fold(0.0, f64::max);

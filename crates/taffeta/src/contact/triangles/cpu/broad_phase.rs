@@ -9,7 +9,7 @@ use crate::contact::clusters::margin::{Margin, extent};
 use crate::contact::clusters::packed::{GROUP, Packed, about, motion};
 use crate::contact::clusters::tree::{Boxes, Fill, Query, Tree};
 use crate::contact::triangles::cpu::narrow_phase::Sixteen;
-use crate::contact::triangles::cpu::pose::{Pose, Then};
+use crate::contact::triangles::cpu::pose::{Pose, Then, weights};
 use crate::contact::triangles::filter::{ALLOWANCE, reach_together};
 use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::Leaf;
@@ -32,7 +32,9 @@ pub struct Leaves<T> {
     trees: Vec<Tree>,
     /// Positions of the nodes of each leaf [m].
     packed: Shared<Packed<T>>,
-    /// The same in their frames, and the frames.
+    /// Weights of the nodes of each leaf that give its frame.
+    weights: Vec<[[T; LANES]; 3]>,
+    /// Their positions in their frames, and the frames.
     local: Shared<Packed<T>>,
     poses: Shared<Pose<T>>,
     /// Motion of each leaf's nodes in the sub-step to come, as [`motion`] defines it [m].
@@ -113,6 +115,10 @@ impl<T: Real> Leaves<T> {
     /// Those of surfaces, for so many workers.
     pub fn new(surfaces: &Surfaces, workers: usize) -> Self {
         let leaves = surfaces.leaves.len();
+        let weights_of = |leaf: &Leaf| {
+            weights(&leaf.own().iter().map(|&node| surfaces.start[node as usize]).collect::<Vec<_>>())
+                .map(|row| row.map(T::from_f64))
+        };
         let groups = leaves.div_ceil(GROUP);
         let mut trees: Vec<Tree> = Vec::new();
         for worker in 0..workers {
@@ -125,6 +131,7 @@ impl<T: Real> Leaves<T> {
             allowance: ALLOWANCE * surfaces.mean_edge,
             trees,
             packed: vec![Packed([[T::ZERO; LANES]; 3]); leaves].into(),
+            weights: surfaces.leaves.iter().map(weights_of).collect(),
             local: vec![Packed([[T::ZERO; LANES]; 3]); leaves].into(),
             poses: vec![Pose::NONE; leaves].into(),
             steps: vec![[0.0; 4]; leaves].into(),
@@ -137,6 +144,7 @@ impl<T: Real> Leaves<T> {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         self.packed.bytes()
+            + size_of_val(&self.weights[..])
             + self.local.bytes()
             + self.poses.bytes()
             + self.steps.bytes()
@@ -195,14 +203,14 @@ impl<T: Real> Leaves<T> {
     pub fn follow(&self, worker: usize, surfaces: &Surfaces, columns: [[&[T]; 3]; 2], level: SimdLevel) {
         let groups = self.trees[worker].groups.clone();
         let own = self.leaves_of(groups.clone());
-        let leaves = &surfaces.leaves[own.clone()];
+        let (leaves, weights) = (&surfaces.leaves[own.clone()], &self.weights[own.clone()]);
         let [before, after] = columns;
         // SAFETY: its own.
         let motion = unsafe {
             let (packed, local) = (self.packed.write(own.clone()), self.local.write(own.clone()));
             let poses = self.poses.write(own.clone());
             let (steps, balls) = (self.steps.write(own), self.balls.write(groups));
-            level.run(Follow { leaves, before, after, packed, local, poses, steps, balls })
+            level.run(Follow { leaves, weights, before, after, packed, local, poses, steps, balls })
         };
         // SAFETY: as above.
         *unsafe { self.motion.item(worker) } = motion;
@@ -423,6 +431,7 @@ fn mean_diagonal(surfaces: &Surfaces, count: usize) -> f64 {
 /// Kernel: where the nodes of leaves are, and how they move.
 struct Follow<'a, T> {
     leaves: &'a [Leaf],
+    weights: &'a [[[T; LANES]; 3]],
     before: [&'a [T]; 3],
     after: [&'a [T]; 3],
     packed: &'a mut [Packed<T>],
@@ -448,7 +457,7 @@ impl<T: Real> Kernel for Follow<'_, T> {
                 let then = gather(&self.leaves[leaf].nodes, self.after);
                 let by = motion(&now, &self.packed[leaf].0, LANES);
                 self.packed[leaf].0 = now;
-                self.poses[leaf].follow(&now, self.leaves[leaf].frame, &mut self.local[leaf].0);
+                self.poses[leaf].follow(&now, &by, &self.weights[leaf], &mut self.local[leaf].0);
                 let step = motion(&then, &now, LANES);
                 self.steps[leaf] = step;
                 motions[0][leaf - first] = by;
