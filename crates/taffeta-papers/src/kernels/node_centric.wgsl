@@ -77,7 +77,7 @@ fn node_centric_update(@builtin(global_invocation_id) thread: vec3u) {
     let x = new_position[node];
     let v = new_velocity[node];
     let total = load_on(node, v.xyz, 0u) + spring_forces[node].xyz;
-    let after = resolve_contact(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
+    let after = resolve_contact(node, integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
     new_position[node] = after.position;
     new_velocity[node] = after.velocity;
 }

@@ -57,7 +57,7 @@ fn spring_centric_update(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
         kept_numbers[node] = 0.0;
     }
     let moved = integrate(x, v, load_on(node, v.xyz, 0u) + springs_pull, 0u);
-    let after = resolve_contact(moved, Origin(x.xyz, true), 0u);
+    let after = resolve_contact(node, moved, Origin(x.xyz, true), 0u);
     new_position[node] = after.position;
     new_velocity[node] = after.velocity;
 }
