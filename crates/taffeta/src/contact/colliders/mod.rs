@@ -11,5 +11,6 @@ pub mod moving;
 pub mod predicted_contact;
 pub mod response;
 pub mod rigid;
+pub mod run;
 pub mod shape;
 pub mod start;

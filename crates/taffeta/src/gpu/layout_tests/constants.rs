@@ -4,13 +4,13 @@ use crate::attachments::attach::ROUNDS as TETHER_ROUNDS;
 use crate::attachments::gpu::FIELDS;
 use crate::attachments::joints::ROUNDS as GROUP_ROUNDS;
 use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
-use crate::contact::colliders::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS, TOUCHES};
 use crate::contact::colliders::response::NARROW;
 use crate::contact::colliders::rigid::Rigid;
+use crate::contact::colliders::run::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow,
 };
