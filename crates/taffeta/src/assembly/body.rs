@@ -140,8 +140,8 @@ impl BodyAssembly {
         select::select(choice, &from).map_err(|(field, message)| SceneError::new(field, message))
     }
 
-    /// By triangle of its surface: the number of the zone that it is of, from 1; 0: none. The last of some counts. `path` is
-    /// where they are described, by name.
+    /// By triangle of its surface: the number of the zone that it is of, from 1; 0: none. Where zones overlap, the last
+    /// counts. `path` is where they are described, by name.
     pub fn zones<'z>(
         &self,
         path: &str,

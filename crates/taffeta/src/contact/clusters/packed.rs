@@ -11,6 +11,21 @@ pub const GROUP: usize = LANES;
 #[repr(align(64))]
 pub struct Packed<T>(pub [[T; LANES]; 3]);
 
+/// The least and the greatest of sixteen numbers; by halves, for vectors.
+#[inline(always)]
+pub fn range<T: Real>(x: &[T; LANES]) -> [T; 2] {
+    let (mut least, mut most) = (*x, *x);
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            least[lane] = if least[lane + half] < least[lane] { least[lane + half] } else { least[lane] };
+            most[lane] = if most[lane + half] > most[lane] { most[lane + half] } else { most[lane] };
+        }
+        half /= 2;
+    }
+    [least[0], most[0]]
+}
+
 /// Motion of the first `len` lanes, and the greatest distance from it [m]. A NaN is infinitely far away.
 #[inline(always)]
 pub fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) -> [f64; 4] {
@@ -25,16 +40,9 @@ pub fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize
     }
     let mut by = [T::ZERO; 3];
     for axis in 0..3 {
-        let (mut low, mut high) = (way[axis], way[axis]);
-        let mut half = LANES / 2;
-        while half > 0 {
-            for lane in 0..half {
-                low[lane] = if low[lane] < low[lane + half] { low[lane] } else { low[lane + half] };
-                high[lane] = if high[lane] > high[lane + half] { high[lane] } else { high[lane + half] };
-            }
-            half /= 2;
-        }
-        by[axis] = (low[0] + high[0]) * T::from_f64(0.5);
+        // The middle of their box: all are about as near to it as can be.
+        let [low, high] = range(&way[axis]);
+        by[axis] = (low + high) * T::from_f64(0.5);
     }
     let mut far = [T::ZERO; LANES];
     let mut lost = false;

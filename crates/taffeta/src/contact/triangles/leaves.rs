@@ -1,5 +1,5 @@
-//! Leaves: a few triangles of one surface, in one of its zones, that are near each other, with their nodes, and what is known of pairs of nodes of
-//! two leaves.
+//! Leaves: a few triangles of one surface, in one of its zones, that are near each other, with their nodes, and what is known of
+//! pairs of nodes of two leaves.
 
 use crate::contact::triangles::surfaces::Surfaces;
 use crate::topology::LANES;

@@ -1,6 +1,6 @@
 //! The narrow phase: the vertices and triangles, and the edges, of two leaves that are near each other.
 
-use crate::contact::clusters::packed::Packed;
+use crate::contact::clusters::packed::{Packed, range};
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
 use crate::contact::triangles::cpu::lanes::{Distances, Lanes, Places, gather};
 use crate::contact::triangles::impulse::KEEPS;
@@ -218,16 +218,7 @@ impl<T: Real> Kernel for Near<'_, T> {
 fn box_of<T: Real>(packed: &Packed<T>) -> Box3<T> {
     let mut all = [[T::ZERO; 3]; 2];
     for (axis, x) in packed.0.iter().enumerate() {
-        let (mut least, mut most) = (*x, *x);
-        let mut half = LANES / 2;
-        while half > 0 {
-            for lane in 0..half {
-                least[lane] = if least[lane + half] < least[lane] { least[lane + half] } else { least[lane] };
-                most[lane] = if most[lane + half] > most[lane] { most[lane + half] } else { most[lane] };
-            }
-            half /= 2;
-        }
-        (all[0][axis], all[1][axis]) = (least[0], most[0]);
+        [all[0][axis], all[1][axis]] = range(x);
     }
     all
 }
