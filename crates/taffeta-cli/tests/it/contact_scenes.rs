@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use taffeta::{Options, Simulation};
 
 /// Scenes, and as many frames as a test has time for. The whole of each is run by hand with `--verify-contact=stop`.
-const SCENES: [(&str, u32); 6] = [
+const SCENES: [(&str, u32); 7] = [
     ("coarse_fine", 45),
     ("corner_drag", 100),
     ("knot", 70),
+    ("pile", 15),
     ("spike", 45),
     ("stack", 8),
     ("twist_tube", 80),

@@ -33,7 +33,7 @@ macro_rules! scenes {
 scenes! {
     balloon bunny chain curtain curtain_tethers drape fall_armadillo fall_bunny fall_dragon fall_sphere fall_torus flag
     flag_gusts flag_primal hanging hanging_ice hanging_primal heap incline pile poke press_armadillo press_bunny s1_fig11
-    s1_fig12 s1_fig13 s1_fig14 s1_fig15 s2_demo sewn skirt tights torn trampoline tshirt twist_pins twist_torque
+    s1_fig12 s1_fig13 s1_fig14 s1_fig15 s2_demo sewn shirt_jacket skirt tights torn trampoline tshirt twist_pins twist_torque
 }
 
 #[test]
