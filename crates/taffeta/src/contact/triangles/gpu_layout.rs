@@ -106,12 +106,13 @@ words! {
     TARGET = 5;
     TARGET_VELOCITY = 6;
     // Of a place, and of a pull, where surfaces pass through each other.
-    KNOT_WORDS = 9;
+    KNOT_WORDS = 11;
     KNOT_OF = 0;
     KNOT_NEXT = 2;
     KNOT_ASTRAY = 4;
     KNOT_ABOVE = 6;
-    KNOT_LED = 8;
+    KNOT_LOOSE = 8;
+    KNOT_LED = 10;
     PULL_WORDS = 16;
     PULL_WEIGHTS = 4;
     PULL_DIRECTION = 8;

@@ -358,13 +358,14 @@ fn leaf_words(leaf: &Leaf, local: impl Fn(u32) -> u32) -> [u32; layout::LEAF_WOR
 }
 
 fn knot_words(knot: &Knot) -> [u32; layout::KNOT_WORDS] {
-    let Knot { of, next, astray, above } = *knot;
+    let Knot { of, next, astray, above, loose } = *knot;
     let mut words = [0; layout::KNOT_WORDS];
     for (at, two) in [
         (layout::KNOT_OF, of),
         (layout::KNOT_NEXT, next),
         (layout::KNOT_ASTRAY, astray),
         (layout::KNOT_ABOVE, above),
+        (layout::KNOT_LOOSE, loose),
     ] {
         words[at..at + 2].copy_from_slice(&two);
     }

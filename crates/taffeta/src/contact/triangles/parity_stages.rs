@@ -102,7 +102,8 @@ impl Twin {
             let lines = |shift: u32| [bits >> shift & 3, bits >> (shift + 2) & 3];
             let of = lines(0);
             let both = |[a, b]: [u32; 2]| [a & of[0], b & of[1]];
-            let knot = [of, both(lines(4)), both(lines(8)), lines(12)];
+            let loose = if place % 16 == 5 { bits >> 16 & 3 } else { 0 };
+            let knot = [of, both(lines(4)), both(lines(8)), lines(12), [loose; 2]];
             let words = knot.into_iter().flatten();
             self.knots.extend(words.map(|word| if place % 4 == 1 { word } else { 0 }));
             // Whether it is led out of colliders.

@@ -6,6 +6,11 @@
 //! body, if it is near, and else on that of the nearest node next to the line, so that lines need not end at a border. After Baraff,
 //! Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
 //!
+//! Where a surface passes through itself, its sides cannot always be told from each other: a line may end where triangles share a
+//! vertex. When little of it is left, nodes beside a line leave each other alone, and edges go where it gets shorter. After Volino,
+//! Magnenat-Thalmann, "Resolving Surface Collisions through Intersection Contour Minimization", 2006. With more left, new lines
+//! would come faster than old ones go.
+//!
 //! It all follows from positions alone. Sides next to lines are decided by exact arithmetic.
 
 use crate::contact::triangles::sides::sides;
@@ -21,6 +26,8 @@ const CHOICE: f64 = 0.5;
 const SEEN: f64 = 2.0;
 /// Surfaces are layers if their normals agree so far where they cross, as a cosine, or are against each other.
 const LAYERS: f64 = 0.7;
+/// How little is left where a surface passes through itself, in pairs of an edge and a triangle.
+const LITTLE: usize = 16;
 /// Surfaces that cross each other more steeply than with this cosine have no narrow wedge.
 const STEEP: f64 = 0.2;
 
@@ -46,9 +53,11 @@ pub struct Knot {
     pub astray: [u32; 2],
     /// Whether it belongs above the other surface, where the triangles' normals point.
     pub above: [u32; 2],
+    /// Next to the last lines of a surface with itself; the same for both sides.
+    pub loose: [u32; 2],
 }
 
-/// The end of an edge that pierces a triangle, to go back through it.
+/// The end of an edge that pierces a triangle, and which way it is to go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pull {
     /// The end, by place.
@@ -56,7 +65,8 @@ pub struct Pull {
     /// Corners of the triangle, by place, and their weights where the edge pierces.
     pub triangle: [u32; 3],
     pub weights: [f64; 3],
-    /// Unit normal of the triangle on the side to which it goes.
+    /// Where it goes, as seen from the triangle, as a unit vector: back through it along its normal, or where its line gets
+    /// shorter.
     pub direction: [f64; 3],
 }
 
@@ -126,17 +136,25 @@ impl Tangle {
         let labels = look.label(pair, &lines);
         let mut weights = look.weigh(pair, &labels);
         weights.find_order(pair, &lines, look);
-        lines.iter_mut().enumerate().for_each(|(number, line)| look.choose(line, number, &weights));
+        let pairs: usize = lines.iter().map(|line| line.cuts.len()).sum();
+        let is_little = pair[0] == pair[1] && pairs <= LITTLE;
+        if !is_little {
+            lines.iter_mut().enumerate().for_each(|(number, line)| look.choose(line, number, &weights));
+        }
         let bit = |line: usize| 1_u32 << ((first + line) % u32::BITS as usize);
         for (number, line) in lines.iter().enumerate() {
+            let bit = bit(number);
+            let loose = if is_little { bit } else { 0 };
             for cut in &line.cuts {
                 let corners = &look.surfaces.triangles[cut.triangle as usize];
                 for (nodes, trace) in [(&cut.edge[..], cut.trace), (&corners[..], 1 - cut.trace)] {
-                    for &node in nodes {
-                        self.knots[node as usize].next[trace] |= bit(number);
+                    for knot in nodes.iter().map(|&node| node as usize) {
+                        self.knots[knot].next[trace] |= bit;
+                        self.knots[knot].loose = self.knots[knot].loose.map(|all| all | loose);
                     }
                 }
-                self.pulls.extend(look.pull(cut, line.belongs[cut.trace]));
+                let belongs = line.belongs[cut.trace];
+                self.pulls.extend(if is_little { look.shorten(cut) } else { look.pull(cut, belongs) });
             }
         }
         for (node, label) in labels {
@@ -171,8 +189,10 @@ impl Rule {
         let meet = |of_one: [u32; 2], of_other: [u32; 2]| {
             (0..2).any(|trace| of_one[trace] & of_other[1 - trace] != 0)
         };
+        let are_loose = meet(one.loose, other.loose);
         let (goes, is_passed) = (meet(one.astray, other.all()), meet(one.all(), other.astray));
         match kind {
+            _ if are_loose => Rule::Ignored,
             Kind::VertexTriangle if goes => {
                 let above = |trace: usize| one.astray[trace] & one.above[trace] & other.all()[1 - trace] != 0;
                 Rule::Through { above: above(0) || above(1) }
@@ -193,6 +213,7 @@ impl Knot {
             next: or(self.next, other.next),
             astray: or(self.astray, other.astray),
             above: or(self.above, other.above),
+            loose: or(self.loose, other.loose),
         }
     }
 
@@ -216,7 +237,8 @@ struct Cut {
 /// Where surfaces pass through each other: edges and triangles from one triangle to the next.
 struct Line {
     cuts: Vec<Cut>,
-    /// Where each of its two sides belongs: above the other, 1, or below, -1; 0 if the other is to give way alone.
+    /// Where each of its two sides belongs: above the other, 1, or below, -1; 0 if the other is to give way alone, or if little is
+    /// left.
     belongs: [i64; 2],
 }
 
@@ -394,16 +416,55 @@ impl Look<'_> {
     /// Leads the end of an edge that is astray back through the triangle. The edge belongs above it, 1, or below, -1.
     fn pull(&self, cut: &Cut, belongs: i64) -> Option<Pull> {
         let end = (0..2).find(|&end| i64::from(cut.sides[end]) * belongs < 0)?;
+        let [from, to] = self.heights(cut, end).map(|height| height * belongs as f64);
+        // Of a fold that it passes, the triangles the other way round do not lead it.
+        if to >= 0.0 || from < 0.0 {
+            return None;
+        }
+        let normal = self.normal(cut.triangle);
+        self.pull_along(cut, end, scale(normal, belongs as f64))
+    }
+
+    /// Leads an edge where its line gets shorter, against the triangle. Of its ends that goes which is nearer to the triangle.
+    fn shorten(&self, cut: &Cut) -> Option<Pull> {
+        let [from, to] = self.heights(cut, 1);
+        let normal = self.normal(cut.triangle);
+        let normal = scale(normal, 1.0 / norm(normal));
+        let [start, end] = cut.edge.map(|node| self.x[node as usize]);
+        let along = scale(sub(end, start), 1.0 / norm(sub(end, start)));
+        let mut way = [0.0; 3];
+        for &beside in &self.beside[&cut.edge] {
+            let corners = self.surfaces.triangles[beside as usize];
+            let Some(other) = corners.into_iter().find(|node| !cut.edge.contains(node)) else { continue };
+            let inwards = sub(self.x[other as usize], start);
+            let inwards = sub(inwards, scale(along, dot(inwards, along)));
+            // The line goes on in this triangle and in the pierced one.
+            let line = cross(normal, self.normal(beside));
+            let line = scale(line, dot(line, inwards).signum() / norm(line).max(f64::MIN_POSITIVE));
+            way = add(way, sub(line, scale(normal, 2.0 * dot(along, line) / dot(along, normal))));
+        }
+        self.pull_along(cut, usize::from(from.abs() > to.abs()), way)
+    }
+
+    /// How far above a triangle an edge begins, and ends at one of its ends, times the normal's length [m³].
+    fn heights(&self, cut: &Cut, end: usize) -> [f64; 2] {
+        let corner = self.x[self.surfaces.triangles[cut.triangle as usize][0] as usize];
+        let normal = self.normal(cut.triangle);
+        [1 - end, end].map(|end| dot(normal, sub(self.x[cut.edge[end] as usize], corner)))
+    }
+
+    /// Leads an end of an edge some way, against the triangle where the edge pierces it; `None` if they have no such place, or there is
+    /// no way.
+    fn pull_along(&self, cut: &Cut, end: usize, way: [f64; 3]) -> Option<Pull> {
         let triangle = self.surfaces.triangles[cut.triangle as usize];
         let [a, b, c] = triangle.map(|node| self.x[node as usize]);
         let normal = self.normal(cut.triangle);
-        let squared = dot(normal, normal);
-        let [start, end_at] = [cut.edge[1 - end], cut.edge[end]].map(|node| self.x[node as usize]);
-        let [from, to] = [start, end_at].map(|x| dot(normal, sub(x, a)) * belongs as f64);
-        // Of a fold that it passes, the triangles the other way round do not lead it.
-        if squared <= 0.0 || to >= 0.0 || from < 0.0 {
+        let (squared, length) = (dot(normal, normal), norm(way));
+        let [from, to] = self.heights(cut, end);
+        if squared <= 0.0 || from == to || !(length > 0.0 && length < f64::INFINITY) {
             return None;
         }
+        let [start, end_at] = [cut.edge[1 - end], cut.edge[end]].map(|node| self.x[node as usize]);
         let point = add(start, scale(sub(end_at, start), from / (from - to)));
         let weight =
             |from: [f64; 3], to: [f64; 3]| dot(normal, cross(sub(to, from), sub(point, from))) / squared;
@@ -413,7 +474,7 @@ impl Look<'_> {
             node: cut.edge[end],
             triangle,
             weights: weights.map(|weight| weight / sum.max(f64::MIN_POSITIVE)),
-            direction: scale(normal, belongs as f64 / norm(normal)),
+            direction: scale(way, 1.0 / length),
         })
     }
 }

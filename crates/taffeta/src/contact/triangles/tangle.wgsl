@@ -9,14 +9,16 @@ const IGNORED: u32 = 1u;
 const BELOW: u32 = 2u;
 const ABOVE: u32 = 3u;
 
-// Words of a place: whose nearest line it is, next to which it is, from which it is astray, and whether it belongs above the other
-// surface there; each for both sides of lines, a bit for each line. Then whether it is led out of colliders.
-const KNOT_WORDS: u32 = 9u;
+// Words of a place: whose nearest line it is, next to which it is, from which it is astray, whether it belongs above the other
+// surface there, and next to which of the last lines of a surface with itself it is; each for both sides of lines, a bit for each
+// line. Then whether it is led out of colliders.
+const KNOT_WORDS: u32 = 11u;
 const KNOT_OF: u32 = 0u;
 const KNOT_NEXT: u32 = 2u;
 const KNOT_ASTRAY: u32 = 4u;
 const KNOT_ABOVE: u32 = 6u;
-const KNOT_LED: u32 = 8u;
+const KNOT_LOOSE: u32 = 8u;
+const KNOT_LED: u32 = 10u;
 
 /// Words of one of the sides of a pair.
 fn knots_of(nodes: vec4u, first: u32, second: bool, word: u32) -> vec2u {
@@ -50,6 +52,9 @@ fn rule_of(nodes: vec4u, first: u32) -> u32 {
         return APART;
     }
     if are_led_apart(nodes) {
+        return IGNORED;
+    }
+    if meet(knots_of(nodes, first, false, KNOT_LOOSE), knots_of(nodes, first, true, KNOT_LOOSE)) {
         return IGNORED;
     }
     let next = knots_of(nodes, first, false, KNOT_NEXT);

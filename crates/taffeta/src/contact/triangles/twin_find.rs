@@ -250,6 +250,7 @@ impl Twin {
             next: two(node, layout::KNOT_NEXT),
             astray: two(node, layout::KNOT_ASTRAY),
             above: two(node, layout::KNOT_ABOVE),
+            loose: two(node, layout::KNOT_LOOSE),
         };
         let is_led = |node: &usize| self.knots[layout::KNOT_WORDS * node + layout::KNOT_LED] != 0;
         if nodes.iter().any(is_led) && nodes.iter().any(|node| *node >= self.nodes()) {

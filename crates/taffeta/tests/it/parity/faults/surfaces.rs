@@ -219,6 +219,7 @@ pub const FAULTS: &[Fault] = &[
         "meet(astray, others)",
     ),
     ("find_surface_contacts", "(one & other.yx)", "(one & other)"),
+    ("find_surface_contacts", "knots_of(nodes, first, false, KNOT_LOOSE), knots_of", "vec2u(0u), knots_of"),
     (
         "find_surface_contacts",
         "if !(norm3(found.apart) < max(within, KEEPS) * thickness) || length <= TINY {",
