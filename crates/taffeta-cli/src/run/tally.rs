@@ -164,9 +164,15 @@ impl Tally {
                 steps => format!("{steps} Newton steps in "),
             };
             let advice = if ice.newton_steps > 0 { "solver.ice.newton_steps = 0, or " } else { "" };
+            let is_pulled_apart = self.intersections.is_some_and(|found| found.max > 0);
+            let other = if is_pulled_apart {
+                "what starts through something else stretches while it is pulled apart; if it was not that, "
+            } else {
+                ""
+            };
             format!(
-                "a fabric was {:.2} times its rest length: {steps}a sub-step of {step:.1e} s may not follow cloth that folds or lands \
-                 quickly; {advice}time.max_step = {FOLLOWS} would do",
+                "a fabric was {:.2} times its rest length: {other}{steps}a sub-step of {step:.1e} s may not follow cloth that folds or \
+                 lands quickly; {advice}time.max_step = {FOLLOWS} would do",
                 1.0 + most,
             )
         })
