@@ -6,10 +6,10 @@
 //! body, if it is near, and else on that of the nearest node next to the line, so that lines need not end at a border. After Baraff,
 //! Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
 //!
-//! Where a surface passes through itself, its sides cannot always be told from each other: a line may end where triangles share a
-//! vertex. When little of it is left, nodes beside a line leave each other alone, and edges go where it gets shorter. After Volino,
+//! Where a surface passes through itself, a line may end at a vertex that its triangles share, and then has no two sides.
+//! When little of it is left, nodes beside a line leave each other alone, and edges go where it gets shorter. After Volino,
 //! Magnenat-Thalmann, "Resolving Surface Collisions through Intersection Contour Minimization", 2006. With more left, new lines
-//! would come faster than old ones go.
+//! can come faster than old ones go.
 //!
 //! It all follows from positions alone. Sides next to lines are decided by exact arithmetic.
 
