@@ -153,15 +153,20 @@ fn forces_by_hand_act_beside_the_volumes_of_2023() {
 fn printed_volumes_are_as_wrong_by_either_kernels() {
     let mut scene = soft_bodies().time(0.002, 1e-3);
     scene.bodies.truncate(1);
-    scene.bodies[0].volume = Some(Volume { form: VolumeForm::Printed, ..Volume::default() });
-    let volumes = [None, Some(PaperKernels::SpringCentric)].map(|kernels| {
+    let mut volume_after = |form, kernels| {
+        scene.bodies[0].volume = Some(Volume { form, ..Volume::default() });
         let mut simulation = built(&scene, kernels).unwrap();
         simulation.disturb(2e-3, 5);
         let start = simulation.report().volumes[0].unwrap();
         run(&mut simulation, 1);
         simulation.report().volumes[0].unwrap() / start
-    });
-    assert!((volumes[0] - volumes[1]).abs() < 1e-6 * volumes[0], "{volumes:?}");
+    };
+    let ours = volume_after(VolumeForm::Printed, None);
+    let theirs = volume_after(VolumeForm::Printed, Some(PaperKernels::SpringCentric));
+    // Sums in another order: 3e-6 was seen over eleven seeds.
+    assert!((ours - theirs).abs() < 2e-5 * ours, "{ours} {theirs}");
+    let right = volume_after(VolumeForm::Corrected, None);
+    assert!((ours - right).abs() > 5e-4, "the printed form is another one: {ours} {right}");
 }
 
 #[test]
