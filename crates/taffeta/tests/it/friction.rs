@@ -83,14 +83,15 @@ fn a_pair_has_the_friction_that_the_scene_gives_it() {
         }
         for (mut simulation, still) in [(build(&scene), 1e-6), (on_gpu(&scene), 1e-5)] {
             let start = positions(&simulation);
-            run(&mut simulation, 100);
+            run(&mut simulation, 50);
             let [stuck, slid] = [0, 20].map(|first| {
                 let [x, y] = mean_way(&simulation, &start, first);
                 x * cos - y * sin
             });
-            let way = 0.5 * G * (sin - 0.2 * cos);
+            // After half a second.
+            let way = 0.125 * G * (sin - 0.2 * cos);
             assert!(stuck.abs() < still, "{form:?}: {stuck} m");
-            assert!((slid - way).abs() < 2e-3 * way, "{form:?}: {slid} m of {way} m");
+            assert!((slid - way).abs() < 4e-3 * way, "{form:?}: {slid} m of {way} m");
         }
     }
 }

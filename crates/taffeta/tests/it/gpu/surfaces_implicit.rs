@@ -56,7 +56,7 @@ fn fabrics_in_contact_are_solved_for_as_on_the_cpu() {
         let mut scene = by_nodes(scene.clone(), 1.0 / 240.0);
         scene.solver.ice.max_iterations = 600;
         scene.solver.ice.newton_steps = newton_steps;
-        let (most, [_, gpu]) = are_near(&scene, 4, 2e-4);
+        let (most, [_, gpu]) = are_near(&scene, 3, 2e-4);
         assert!(most > 100 && gpu.intersections().pairs == 0, "{most}");
     }
 }
@@ -147,7 +147,7 @@ fn what_lies_in_a_hammock_rests_there() {
     let lies = cloth("lies", 7, 5.0).at([0.0, 0.012, 0.0]);
     let scene = by_nodes(Scene::new("hammock").body(held).body(lies), 1.0 / 120.0);
     let mut gpu = on_gpu(&scene);
-    run(&mut gpu, 75);
+    run(&mut gpu, 50);
     let report = gpu.report();
     assert!(report.kinetic < 1e-3 && report.pairs > 30 && report.max_stretch < 1.1, "{report:?}");
     let carried = report.reactions.iter().filter_map(|one| one.force).fold([0.0; 3], add);
@@ -158,11 +158,11 @@ fn what_lies_in_a_hammock_rests_there() {
 #[test]
 fn a_run_repeats_itself_and_goes_on_from_a_snapshot() {
     let scene = by_nodes(heap(), 1.0 / 240.0);
-    let [mut whole, mut first, mut again] = [0; 3].map(|_| on_gpu(&scene));
-    run(&mut whole, 8);
-    run(&mut first, 6);
-    let snapshot = first.snapshot();
+    let [mut whole, mut again] = [0; 2].map(|_| on_gpu(&scene));
+    run(&mut whole, 6);
+    let snapshot = whole.snapshot();
     assert!(snapshot.contacts > 50, "{}", snapshot.contacts);
+    run(&mut whole, 2);
     again.restore(&snapshot).expect("it fits");
     run(&mut again, 2);
     assert_eq!(whole.state_hash(), again.state_hash());
@@ -186,15 +186,15 @@ fn bodies_without_contact_or_springs_stand_beside_it() {
             .body(wall.pin(Select::nodes(held))),
         1.0 / 120.0,
     );
-    let (most, [_, gpu]) = are_near(&scene, 5, 2e-4);
+    let (most, [_, gpu]) = are_near(&scene, 4, 2e-4);
     assert!(most > 30 && gpu.intersections().pairs == 0, "{most}");
     let alone = Body::cloth("alone", sheet(100, 1.0)).with_mass(Mass::Node(1e-3)).structural(50.0, 0.01);
     let scene = scene.body(alone.at([2.0, 0.0, 0.0]));
     let options = GpuOptions::from(small_gpu(3_400_000));
     let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
     let mut whole = on_gpu(&scene);
-    run(&mut split, 4);
-    run(&mut whole, 4);
+    run(&mut split, 3);
+    run(&mut whole, 3);
     assert!(split.report().pairs > 30, "{:?}", split.report());
     let way = farthest(&positions(&split), &positions(&whole));
     assert!(way < 2e-4, "{way:e} m apart");
