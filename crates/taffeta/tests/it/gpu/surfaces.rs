@@ -156,7 +156,7 @@ pub fn pushed() -> Scene {
 #[test]
 fn colliders_that_move_carry_cloth_as_on_the_cpu() {
     let (mut cpu, mut gpu) = both(&pushed());
-    assert!(are_alike(&mut cpu, &mut gpu, 9) > 300);
+    assert!(are_alike(&mut cpu, &mut gpu, 7) > 300);
     assert_eq!(cpu.intersections().pairs, 0);
     // Where it has come to rest, and in a snapshot of that.
     go_on_from_snapshots(&pushed(), &mut cpu, &gpu);
@@ -196,7 +196,7 @@ pub fn crossed() -> Scene {
         .body(over)
         .body(touching("apart", sheet(5, 0.1), 0.006).at([0.0, 0.1, 0.0]))
         .collider(Collider::cuboid([0.0, -0.06, 0.0], [0.03, 0.02, 0.03]).offset(0.003).keyframe(turns))
-        .time(1.0 / 60.0, STEP / 2.0)
+        .time(1.0 / 60.0, STEP)
 }
 
 /// It is counted in every frame, also after a snapshot, and where a program puts vertices elsewhere.
@@ -230,8 +230,8 @@ fn across() -> Scene {
     let mut spike = Collider::mesh(spike).offset(0.003);
     spike.place.position = [-0.08, 0.0, 0.06];
     Scene::new("across")
-        .body(touching("across", sheet(13, 0.3), 0.006))
-        .body(touching("above", sheet(9, 0.2), 0.006).at([0.0, 0.05, 0.0]))
+        .body(touching("across", sheet(10, 0.3), 0.006))
+        .body(touching("above", sheet(6, 0.2), 0.006).at([0.0, 0.05, 0.0]))
         .collider(Collider::cuboid([0.06, 0.004, 0.02], [0.04, 0.03, 0.04]).offset(0.004).friction(0.3))
         .collider(Collider::sphere([-0.05, -0.005, -0.08], 0.04).offset(0.004))
         .collider(spike)
@@ -245,6 +245,7 @@ fn cloth_that_starts_across_colliders_leaves_them_as_on_the_cpu() {
     let (mut cpu, mut gpu) = both(&across());
     assert!(cpu.intersections().pairs > 20);
     are_alike(&mut cpu, &mut gpu, 3);
+    assert!(gpu.snapshot().is_tangled);
     go_on_from_snapshots(&across(), &mut cpu, &gpu);
     run(&mut gpu, 2);
     while cpu.report().intersections.is_some() && cpu.frame() < 40 {
