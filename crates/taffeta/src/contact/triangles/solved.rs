@@ -100,16 +100,13 @@ impl<T: Real> SolvedContact<T> {
     /// What it takes back of a relative velocity [N·s].
     #[inline(always)]
     pub fn times(&self, velocity: [T; 3]) -> [T; 3] {
-        let along = scale(self.normal, dot(velocity, self.normal));
-        add(scale(along, self.along), scale(sub(velocity, along), self.across))
+        taken_back(velocity, self.normal, [self.along, self.across])
     }
 
     /// What nodes have of a vector, the second side's less the first's.
     #[inline(always)]
     pub fn relative(&self, of: impl Fn(u32) -> [T; 3]) -> [T; 3] {
-        let anchor = of(self.nodes[3]);
-        let part = |node: usize| scale(sub(of(self.nodes[node]), anchor), self.weights[node]);
-        add(add(part(0), part(1)), part(2))
+        relative(self.nodes.map(of), self.weights)
     }
 
     /// The diagonal block of one of its nodes with its share of the contact, as [`Self::soften`] has the inverse.
@@ -135,6 +132,20 @@ impl<T: Real> SolvedContact<T> {
         }
         all
     }
+}
+
+/// What a contact takes back of a relative velocity, along its normal and across it [N·s].
+#[inline(always)]
+pub fn taken_back<T: Real>(velocity: [T; 3], normal: [T; 3], [by_along, by_across]: [T; 2]) -> [T; 3] {
+    let along = scale(normal, dot(velocity, normal));
+    add(scale(along, by_along), scale(sub(velocity, along), by_across))
+}
+
+/// What four nodes have of a vector, by their weights, whose sum is 0.
+#[inline(always)]
+pub fn relative<T: Real>([a, b, c, anchor]: [[T; 3]; 4], weights: [T; 4]) -> [T; 3] {
+    let part = |of: [T; 3], weight: T| scale(sub(of, anchor), weight);
+    add(add(part(a, weights[0]), part(b, weights[1])), part(c, weights[2]))
 }
 
 /// The force that a sub-step starts from [N], of what a contact had in the last one and before that: the impulse of an impact

@@ -4,12 +4,14 @@
 use super::rounds::Asked;
 use super::{NO_KEY, Scratch, TriangleContact, positions};
 use crate::contact::triangles::cpu::contacts::Carried;
-use crate::contact::triangles::solved::{NEAR, SolvedContact};
+use crate::contact::triangles::solved::{NEAR, SolvedContact, relative, taken_back};
 use crate::contact::triangles::surfaces::Corners;
 use crate::cpu::shared::Shared;
+use crate::cpu::simd::Kernel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, Symmetric, add, dot, scale, sub};
 use crate::topology::LANES;
+use std::array::from_fn;
 use std::ops::Range;
 
 /// No body: what is no part of the system.
@@ -31,11 +33,12 @@ pub struct System<'a, T> {
 
 /// A node of a contact: the contact by the worker that has found it.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct Row<T> {
     place: u32,
     worker: u32,
     contact: u32,
     corner: u32,
+    weight: T,
 }
 
 /// Which of whose rows are those of a slice of nodes.
@@ -47,25 +50,41 @@ struct Slice {
 
 /// The contacts of a sub-step in the system.
 pub struct Solved<T> {
-    /// By worker: those that it has found.
+    /// By worker: those that it has found; those that act, as products have them; and what each takes back of the vector of the
+    /// product to come [N·s].
     contacts: Shared<Vec<SolvedContact<T>>>,
+    sixteens: Shared<Vec<Sixteen<T>>>,
+    taken: Shared<Vec<[T; 3]>>,
     /// From each worker to each: their nodes. By worker: those of its share, ascending.
-    sent: Shared<Vec<Row>>,
-    rows: Shared<Vec<Row>>,
+    sent: Shared<Vec<Row<T>>>,
+    rows: Shared<Vec<Row<T>>>,
     slices: Shared<Slice>,
     /// By worker: bodies that contacts join; with [`NO_BODY`], those that they hold.
     links: Shared<Vec<[u32; 2]>>,
 }
 
-/// What contacts add to the products of a system.
+/// What contacts add to a product of a system.
 #[derive(Clone, Copy)]
 pub struct ContactBlocks<'a, T> {
-    contacts: &'a [Vec<SolvedContact<T>>],
-    rows: &'a [Vec<Row>],
+    taken: &'a [Vec<[T; 3]>],
+    rows: &'a [Vec<Row<T>>],
     slices: &'a [Slice],
-    places: usize,
-    /// Whether it is a product of the multigrid cycle.
-    in_cycle: bool,
+}
+
+/// Sixteen contacts that act, as products have them.
+#[derive(Clone, Copy, Debug)]
+struct Sixteen<T> {
+    /// Which of the worker's they are.
+    numbers: [u32; LANES],
+    nodes: [[u32; LANES]; 4],
+    /// 1, or 0 for corners of colliders, whose way is no part of the system.
+    moves: [[T; LANES]; 4],
+    weights: [[T; LANES]; 4],
+    normal: [[T; LANES]; 3],
+    along: [T; LANES],
+    across: [T; LANES],
+    /// 0 where the multigrid cycle does not know of the contact.
+    along_in_cycle: [T; LANES],
 }
 
 impl<T: Real> Solved<T> {
@@ -73,6 +92,8 @@ impl<T: Real> Solved<T> {
     pub fn new(workers: usize, places: usize) -> Self {
         Self {
             contacts: vec![Vec::new(); workers].into(),
+            sixteens: vec![Vec::new(); workers].into(),
+            taken: vec![Vec::new(); workers].into(),
             sent: vec![Vec::new(); workers * workers].into(),
             rows: vec![Vec::new(); workers].into(),
             slices: vec![Slice::default(); places.div_ceil(LANES)].into(),
@@ -93,21 +114,85 @@ impl<T: Real> Solved<T> {
 }
 
 impl<T: Real> ContactBlocks<'_, T> {
-    /// Adds what contacts take back of a vector, on a slice of nodes. `at` is the vector by place.
+    /// Adds what contacts take back, on a slice of nodes.
     #[inline(always)]
-    pub fn add_product(&self, slice: usize, at: impl Fn(usize) -> [T; 3], sum: &mut [[T; LANES]; 3]) {
+    pub fn add_product(&self, slice: usize, sum: &mut [[T; LANES]; 3]) {
         let Slice { worker, rows: [from, to] } = self.slices[slice];
-        if from == to {
-            return;
-        }
-        let of = |place: u32| if (place as usize) < self.places { at(place as usize) } else { [T::ZERO; 3] };
         for row in &self.rows[worker as usize][from as usize..to as usize] {
-            let one = &self.contacts[row.worker as usize][row.contact as usize];
-            if one.along > T::ZERO && (one.in_cycle || !self.in_cycle) {
-                let taken = scale(one.times(one.relative(of)), one.weights[row.corner as usize]);
-                for axis in 0..3 {
-                    sum[axis][row.place as usize % LANES] += taken[axis];
+            let taken = scale(self.taken[row.worker as usize][row.contact as usize], row.weight);
+            for axis in 0..3 {
+                sum[axis][row.place as usize % LANES] += taken[axis];
+            }
+        }
+    }
+}
+
+impl<T: Real> Sixteen<T> {
+    /// Of up to sixteen contacts by number, at least one, in a scene of so many places; the last fills the lanes that are left.
+    fn of(numbers: &[u32], contacts: &[SolvedContact<T>], places: usize) -> Self {
+        let number = |lane: usize| numbers[lane.min(numbers.len() - 1)];
+        let at = |lane: usize| &contacts[number(lane) as usize];
+        let is_node = |node: u32| (node as usize) < places;
+        // Some node of the contact itself stands for a corner: what has blown up elsewhere is none of its.
+        let node = |one: &SolvedContact<T>, corner: usize| {
+            let nodes = one.nodes;
+            let any = nodes.into_iter().find(|&node| is_node(node)).unwrap_or(0);
+            if is_node(nodes[corner]) { nodes[corner] } else { any }
+        };
+        let moves = |moves: bool| if moves { T::ONE } else { T::ZERO };
+        Self {
+            numbers: from_fn(number),
+            nodes: from_fn(|corner| from_fn(|lane| node(at(lane), corner))),
+            moves: from_fn(|corner| from_fn(|lane| moves(is_node(at(lane).nodes[corner])))),
+            weights: from_fn(|corner| from_fn(|lane| at(lane).weights[corner])),
+            normal: from_fn(|axis| from_fn(|lane| at(lane).normal[axis])),
+            along: from_fn(|lane| at(lane).along),
+            across: from_fn(|lane| at(lane).across),
+            along_in_cycle: from_fn(|lane| if at(lane).in_cycle { at(lane).along } else { T::ZERO }),
+        }
+    }
+}
+
+/// Kernel: what contacts take back of a vector, whose columns are by place.
+struct TakeBack<'a, T> {
+    sixteens: &'a [Sixteen<T>],
+    vector: [&'a [T]; 3],
+    places: usize,
+    /// Whether it is for a product of the multigrid cycle.
+    in_cycle: bool,
+    taken: &'a mut [[T; 3]],
+}
+
+impl<T: Real> Kernel for TakeBack<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { sixteens, vector, places, in_cycle, taken } = self;
+        let vector = vector.map(|column| &column[..places]);
+        for sixteen in sixteens {
+            let mut of = [[[T::ZERO; LANES]; 3]; 4];
+            for ((of, nodes), moves) in of.iter_mut().zip(&sixteen.nodes).zip(&sixteen.moves) {
+                for (of, column) in of.iter_mut().zip(vector) {
+                    for lane in 0..LANES {
+                        debug_assert!((nodes[lane] as usize) < places);
+                        // SAFETY: nodes are places of the scene, which columns have.
+                        of[lane] = unsafe { *column.get_unchecked(nodes[lane] as usize) } * moves[lane];
+                    }
                 }
+            }
+            let along = if in_cycle { &sixteen.along_in_cycle } else { &sixteen.along };
+            let mut all = [[T::ZERO; LANES]; 3];
+            for lane in 0..LANES {
+                let nodes = from_fn(|corner| from_fn(|axis| of[corner][axis][lane]));
+                let velocity = relative(nodes, from_fn(|corner| sixteen.weights[corner][lane]));
+                let normal = from_fn(|axis| sixteen.normal[axis][lane]);
+                let by = taken_back(velocity, normal, [along[lane], sixteen.across[lane]]);
+                for axis in 0..3 {
+                    all[axis][lane] = if along[lane] > T::ZERO { by[axis] } else { T::ZERO };
+                }
+            }
+            for (lane, &number) in sixteen.numbers.iter().enumerate() {
+                taken[number as usize] = from_fn(|axis| all[axis][lane]);
             }
         }
     }
@@ -202,6 +287,7 @@ impl<T: Real> TriangleContact<T> {
                     worker: worker.index as u32,
                     contact: number,
                     corner: corner as u32,
+                    weight: one.weights[corner],
                 });
             }
         }
@@ -239,19 +325,28 @@ impl<T: Real> TriangleContact<T> {
         unsafe { self.solved.links.read() }.iter().flatten().copied()
     }
 
-    /// What contacts add to products, of the multigrid cycle or of the system itself.
-    pub fn solved_blocks(&self, in_cycle: bool) -> ContactBlocks<'_, T> {
-        let Solved { contacts, rows, slices, .. } = &self.solved;
+    /// Whether any contact is part of the system. All workers answer the same after [`Self::find_solved`].
+    pub fn has_solved(&self) -> bool {
         // SAFETY: written before a barrier, and again after another.
-        unsafe {
-            ContactBlocks {
-                contacts: contacts.read(),
-                rows: rows.read(),
-                slices: slices.read(),
-                places: self.surfaces.places,
-                in_cycle,
-            }
-        }
+        unsafe { self.solved.contacts.read() }.iter().any(|contacts| !contacts.is_empty())
+    }
+
+    /// Finds what a worker's contacts take back of a vector by place, for a product of the multigrid cycle or of the system
+    /// itself that follows after a barrier.
+    pub fn take_back(&self, worker: &Worker<'_, T>, vector: [&[T]; 3], in_cycle: bool) {
+        let places = self.surfaces.places;
+        // SAFETY: its own sixteens, and what others read after the next barrier.
+        let (sixteens, taken) = unsafe {
+            (&*self.solved.sixteens.item(worker.index), self.solved.taken.item(worker.index).as_mut_slice())
+        };
+        worker.nodes.level.run(TakeBack { sixteens, vector, places, in_cycle, taken });
+    }
+
+    /// What contacts add to the product for which they have been asked last.
+    pub fn solved_blocks(&self) -> ContactBlocks<'_, T> {
+        let Solved { taken, rows, slices, .. } = &self.solved;
+        // SAFETY: written before a barrier, and again after another.
+        unsafe { ContactBlocks { taken: taken.read(), rows: rows.read(), slices: slices.read() } }
     }
 
     /// Finds the impulses of a worker's contacts where a Newton step starts, but for those of bodies that take none. `inverse`:
@@ -292,11 +387,33 @@ impl<T: Real> TriangleContact<T> {
             let gap = one.gap + dot(one.relative(way), one.normal);
             one.linearise(gap, one.relative(velocity), system.h);
         }
+        let own = self.solved.own(worker);
+        // SAFETY: its own; others read them after a barrier.
+        let (sixteens, taken) =
+            unsafe { (self.solved.sixteens.item(worker.index), self.solved.taken.item(worker.index)) };
+        sixteens.clear();
+        let (mut numbers, mut count) = ([0; LANES], 0);
+        for (number, one) in (0..).zip(own.iter()) {
+            if one.along > T::ZERO {
+                numbers[count % LANES] = number;
+                count += 1;
+                if count % LANES == 0 {
+                    sixteens.push(Sixteen::of(&numbers, own, places));
+                }
+            }
+        }
+        if count % LANES > 0 {
+            sixteens.push(Sixteen::of(&numbers[..count % LANES], own, places));
+        }
+        taken.clear();
+        taken.resize(own.len(), [T::ZERO; 3]);
     }
 
     /// Calls `job` with each contact of the nodes of some places, whole slices, the place and which of the contact's nodes it is.
     pub fn each_solved(&self, part: &Range<usize>, mut job: impl FnMut(usize, &SolvedContact<T>, usize)) {
-        let ContactBlocks { contacts, rows, slices, .. } = self.solved_blocks(false);
+        let Solved { contacts, rows, slices, .. } = &self.solved;
+        // SAFETY: written before a barrier, and again after another.
+        let (contacts, rows, slices) = unsafe { (contacts.read(), rows.read(), slices.read()) };
         for slice in &slices[part.start / LANES..part.end / LANES] {
             for row in &rows[slice.worker as usize][slice.rows[0] as usize..slice.rows[1] as usize] {
                 let one = &contacts[row.worker as usize][row.contact as usize];

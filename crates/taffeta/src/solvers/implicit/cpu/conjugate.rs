@@ -201,6 +201,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// From what springs did in the last sub-step, in `t`.
     fn start_warm(&mut self) {
+        self.take_back(0, Product::System, &self.shared.levels[0].t);
         self.each(0, |worker, chunk| {
             let here = &worker.shared.levels[0];
             // What is left is needed: its product goes to `z`, which is found again.
@@ -235,6 +236,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn iterate(&mut self) {
         while self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
+            self.take_back(0, Product::System, &self.shared.levels[0].t);
             self.each(0, |worker, chunk| {
                 let here = &worker.shared.levels[0];
                 *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);

@@ -4,6 +4,8 @@ use crate::contact::triangles::cpu::TriangleContact;
 use crate::contact::triangles::cpu::solved::{NO_BODY, System};
 use crate::real::{Real, add, scale};
 use crate::solvers::implicit::cpu::ImplicitWorker;
+use crate::solvers::implicit::cpu::columns::Columns;
+use crate::solvers::implicit::cpu::cycle::Product;
 use crate::solvers::implicit::cpu::tables::{Chunk, Table};
 
 /// Where contacts find the nodes of the system.
@@ -147,6 +149,19 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 (0..6).for_each(|one| own[one][at] = all[one]);
             }
         });
+    }
+
+    /// Finds what contacts take back of a vector, for its product with the matrix of a level. All workers call it after a barrier;
+    /// it ends with another.
+    pub fn take_back(&self, level: usize, product: Product, vector: &Columns<T>) {
+        let Some(contacts) = self.contacts.filter(|contacts| level == 0 && contacts.has_solved()) else {
+            return;
+        };
+        // SAFETY: found before a barrier, and changed after another.
+        let vector = unsafe { vector.read() };
+        let columns = [0, 1, 2].map(|axis| vector.column(axis));
+        contacts.take_back(self.worker, columns, product == Product::Cycle);
+        self.worker.synchronise();
     }
 
     /// Notes what a Newton step has changed of the impulses of contacts.

@@ -4,6 +4,7 @@
 //! three) on the way down and one on the way up, which makes it symmetric. Every pass of a level is shared by all workers,
 //! who meet after it; small levels are one worker's alone.
 
+use crate::contact::triangles::cpu::TriangleContact;
 use crate::real::Real;
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::Columns;
@@ -81,6 +82,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
             return;
         }
         if level + 1 < self.primal.tables.len() {
+            self.take_back(level, Product::Cycle, &self.shared.levels[level].z);
             self.each(level, |worker, chunk| worker.leave(level, chunk));
             self.meet();
             self.each(level + 1, |worker, chunk| worker.restrict(level + 1, chunk));
@@ -93,6 +95,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
             self.settle(level);
             self.meet();
         }
+        self.take_back(level, Product::Cycle, &self.shared.levels[level].z);
         self.each(level, |worker, chunk| worker.smooth(level, &chunk.part, chunk.body, From::Z));
         self.meet();
     }
@@ -222,10 +225,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 blocks: here.blocks.read(),
                 own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
                 coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
-                contacts: self
-                    .contacts
-                    .filter(|_| is_joined)
-                    .map(|contacts| contacts.solved_blocks(in_cycle)),
+                contacts: self.contacts.filter(|_| is_joined).map(TriangleContact::solved_blocks),
             }
         }
     }

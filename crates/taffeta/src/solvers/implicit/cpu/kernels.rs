@@ -70,7 +70,7 @@ impl<T: Real> Operator<'_, T> {
             coupled.add_product(slice, vector, &own, &mut sum);
         }
         if let Some(contacts) = &self.contacts {
-            contacts.add_product(slice, |place| vector.at(place), &mut sum);
+            contacts.add_product(slice, &mut sum);
         }
         (sum, own)
     }
