@@ -53,7 +53,7 @@ pub struct Solved<T> {
     /// By worker: those that it has found; those that act, as products have them; and what each takes back of the vector of the
     /// product to come [N·s].
     contacts: Shared<Vec<SolvedContact<T>>>,
-    sixteens: Shared<Vec<Sixteen<T>>>,
+    acting: Shared<Vec<Acting<T>>>,
     taken: Shared<Vec<[T; 3]>>,
     /// From each worker to each: their nodes. By worker: those of its share, ascending.
     sent: Shared<Vec<Row<T>>>,
@@ -73,7 +73,7 @@ pub struct ContactBlocks<'a, T> {
 
 /// Sixteen contacts that act, as products have them.
 #[derive(Clone, Copy, Debug)]
-struct Sixteen<T> {
+struct Acting<T> {
     /// Which of the worker's they are.
     numbers: [u32; LANES],
     nodes: [[u32; LANES]; 4],
@@ -92,7 +92,7 @@ impl<T: Real> Solved<T> {
     pub fn new(workers: usize, places: usize) -> Self {
         Self {
             contacts: vec![Vec::new(); workers].into(),
-            sixteens: vec![Vec::new(); workers].into(),
+            acting: vec![Vec::new(); workers].into(),
             taken: vec![Vec::new(); workers].into(),
             sent: vec![Vec::new(); workers * workers].into(),
             rows: vec![Vec::new(); workers].into(),
@@ -127,7 +127,7 @@ impl<T: Real> ContactBlocks<'_, T> {
     }
 }
 
-impl<T: Real> Sixteen<T> {
+impl<T: Real> Acting<T> {
     /// Of up to sixteen contacts by number, at least one, in a scene of so many places; the last fills the lanes that are left.
     fn of(numbers: &[u32], contacts: &[SolvedContact<T>], places: usize) -> Self {
         let number = |lane: usize| numbers[lane.min(numbers.len() - 1)];
@@ -155,7 +155,7 @@ impl<T: Real> Sixteen<T> {
 
 /// Kernel: what contacts take back of a vector, whose columns are by place.
 struct TakeBack<'a, T> {
-    sixteens: &'a [Sixteen<T>],
+    acting: &'a [Acting<T>],
     vector: [&'a [T]; 3],
     places: usize,
     /// Whether it is for a product of the multigrid cycle.
@@ -167,11 +167,11 @@ impl<T: Real> Kernel for TakeBack<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { sixteens, vector, places, in_cycle, taken } = self;
+        let Self { acting, vector, places, in_cycle, taken } = self;
         let vector = vector.map(|column| &column[..places]);
-        for sixteen in sixteens {
+        for lanes in acting {
             let mut of = [[[T::ZERO; LANES]; 3]; 4];
-            for ((of, nodes), moves) in of.iter_mut().zip(&sixteen.nodes).zip(&sixteen.moves) {
+            for ((of, nodes), moves) in of.iter_mut().zip(&lanes.nodes).zip(&lanes.moves) {
                 for (of, column) in of.iter_mut().zip(vector) {
                     for lane in 0..LANES {
                         debug_assert!((nodes[lane] as usize) < places);
@@ -180,18 +180,18 @@ impl<T: Real> Kernel for TakeBack<'_, T> {
                     }
                 }
             }
-            let along = if in_cycle { &sixteen.along_in_cycle } else { &sixteen.along };
+            let along = if in_cycle { &lanes.along_in_cycle } else { &lanes.along };
             let mut all = [[T::ZERO; LANES]; 3];
             for lane in 0..LANES {
                 let nodes = from_fn(|corner| from_fn(|axis| of[corner][axis][lane]));
-                let velocity = relative(nodes, from_fn(|corner| sixteen.weights[corner][lane]));
-                let normal = from_fn(|axis| sixteen.normal[axis][lane]);
-                let by = taken_back(velocity, normal, [along[lane], sixteen.across[lane]]);
+                let velocity = relative(nodes, from_fn(|corner| lanes.weights[corner][lane]));
+                let normal = from_fn(|axis| lanes.normal[axis][lane]);
+                let by = taken_back(velocity, normal, [along[lane], lanes.across[lane]]);
                 for axis in 0..3 {
                     all[axis][lane] = if along[lane] > T::ZERO { by[axis] } else { T::ZERO };
                 }
             }
-            for (lane, &number) in sixteen.numbers.iter().enumerate() {
+            for (lane, &number) in lanes.numbers.iter().enumerate() {
                 taken[number as usize] = from_fn(|axis| all[axis][lane]);
             }
         }
@@ -335,11 +335,11 @@ impl<T: Real> TriangleContact<T> {
     /// itself that follows after a barrier.
     pub fn take_back(&self, worker: &Worker<'_, T>, vector: [&[T]; 3], in_cycle: bool) {
         let places = self.surfaces.places;
-        // SAFETY: its own sixteens, and what others read after the next barrier.
-        let (sixteens, taken) = unsafe {
-            (&*self.solved.sixteens.item(worker.index), self.solved.taken.item(worker.index).as_mut_slice())
+        // SAFETY: its own, and what others read after the next barrier.
+        let (acting, taken) = unsafe {
+            (&*self.solved.acting.item(worker.index), self.solved.taken.item(worker.index).as_mut_slice())
         };
-        worker.nodes.level.run(TakeBack { sixteens, vector, places, in_cycle, taken });
+        worker.nodes.level.run(TakeBack { acting, vector, places, in_cycle, taken });
     }
 
     /// What contacts add to the product for which they have been asked last.
@@ -389,21 +389,21 @@ impl<T: Real> TriangleContact<T> {
         }
         let own = self.solved.own(worker);
         // SAFETY: its own; others read them after a barrier.
-        let (sixteens, taken) =
-            unsafe { (self.solved.sixteens.item(worker.index), self.solved.taken.item(worker.index)) };
-        sixteens.clear();
+        let (acting, taken) =
+            unsafe { (self.solved.acting.item(worker.index), self.solved.taken.item(worker.index)) };
+        acting.clear();
         let (mut numbers, mut count) = ([0; LANES], 0);
         for (number, one) in (0..).zip(own.iter()) {
             if one.along > T::ZERO {
                 numbers[count % LANES] = number;
                 count += 1;
                 if count % LANES == 0 {
-                    sixteens.push(Sixteen::of(&numbers, own, places));
+                    acting.push(Acting::of(&numbers, own, places));
                 }
             }
         }
         if count % LANES > 0 {
-            sixteens.push(Sixteen::of(&numbers[..count % LANES], own, places));
+            acting.push(Acting::of(&numbers[..count % LANES], own, places));
         }
         taken.clear();
         taken.resize(own.len(), [T::ZERO; 3]);
