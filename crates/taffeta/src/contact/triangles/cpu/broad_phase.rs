@@ -59,9 +59,6 @@ pub struct LeafPair<T> {
     then: Then<T>,
     /// The motion of the groups at which it is looked at [m].
     due: f64,
-    /// How far beyond contact pairs of primitives are listed [m], and how often these have been looked at.
-    pub margin: f64,
-    pub looks: u32,
     /// Pairs of primitives that are near contact.
     pub list: Vec<Sixteen<T>>,
 }
@@ -108,6 +105,16 @@ impl<T: Real> Pairs<T> {
     pub fn forget(&mut self) {
         self.search.forget();
         self.groups.clear();
+    }
+
+    /// Bytes that the lists take now.
+    pub fn bytes(&self) -> usize {
+        let of_pair = |pair: &LeafPair<T>| pair.list.capacity() * size_of::<Sixteen<T>>();
+        let of_groups = |groups: &GroupPair<LeafPair<T>>| {
+            groups.pairs.capacity() * size_of::<LeafPair<T>>()
+                + groups.pairs.iter().map(of_pair).sum::<usize>()
+        };
+        size_of_val(&self.groups[..]) + self.groups.iter().map(of_groups).sum::<usize>()
     }
 }
 
@@ -407,8 +414,6 @@ impl<T: Real> Leaves<T> {
                     then: Then::new(&poses[a], &poses[b]),
                     due: groups.travelled + gap,
                     list: Vec::new(),
-                    margin: 0.0,
-                    looks: 0,
                 });
             }
         }

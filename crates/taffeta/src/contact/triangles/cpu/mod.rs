@@ -382,7 +382,10 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn bytes(&self) -> usize {
-        8 * (self.parts.len() + self.held.len() + self.marks.len())
+        // SAFETY: no worker works between frames.
+        let lists = (0..self.found.len()).map(|worker| unsafe { self.scratch.of(worker) }.pairs.bytes());
+        lists.sum::<usize>()
+            + 8 * (self.parts.len() + self.held.len() + self.marks.len())
             + 4 * (self.tile_of.len() + self.worker_of.len())
             + self.start.iter().map(|column| size_of_val(&column[..])).sum::<usize>()
             + size_of_val(&self.surfaces.leaves[..])

@@ -10,7 +10,6 @@ use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS, Surfaces};
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::real::Real;
 use crate::topology::LANES;
-use std::ops::Range;
 
 impl Candidate {
     /// The lanes of its nodes in its two leaves.
@@ -303,6 +302,11 @@ pub fn by_sixteen<T: Real>(pairs: &[Close<T>]) -> impl Iterator<Item = Sixteen<T
     of_kinds.flat_map(|of_kind| of_kind.chunks(LANES)).map(Sixteen::new)
 }
 
+/// How many of these there are.
+fn sixteens<T: Real>(pairs: &[Close<T>]) -> usize {
+    pairs.chunk_by(|a, b| a.kind() == b.kind()).map(|of_kind| of_kind.len().div_ceil(LANES)).sum()
+}
+
 /// Memory for the pairs of two leaves.
 pub struct Memory<T> {
     found: Vec<Candidate>,
@@ -332,10 +336,9 @@ pub struct Look<'a, T> {
     pub level: SimdLevel,
 }
 
-/// How far beyond contact pairs are listed, beside twice what the sub-step needs, relative to the mean edge: at least, at most.
-const LISTED: [f64; 2] = [0.1, 1.0];
-/// Looks that a list is to serve: it is longer if it serves fewer, and shorter if it serves more.
-const LOOKS: Range<u32> = 8..64;
+/// How far beyond contact pairs are listed, beside twice what the sub-step needs, relative to the mean edge. Lists that reach farther
+/// serve more looks, but each of these takes longer, and so does the next list.
+const LISTED: f64 = 0.15;
 
 impl<'a, T: Real> Look<'a, T> {
     /// At two leaves, whose nodes are where `packed` has them and began at `start` [m].
@@ -370,17 +373,9 @@ impl<'a, T: Real> Look<'a, T> {
         memory: &mut Memory<T>,
     ) -> Looked {
         if others > needs {
-            pair.looks += 1;
             return Looked { nearest: others, others };
         }
-        let [least, most] = LISTED.map(|share| share * edge);
-        pair.margin = match pair.looks {
-            looks if looks < LOOKS.start => (2.0 * pair.margin).clamp(least, most),
-            looks if looks >= LOOKS.end => (0.5 * pair.margin).clamp(least, most),
-            _ => pair.margin,
-        };
-        pair.looks = 0;
-        let (thickness, to) = (KEEPS * self.thickness.to_f64(), 2.0 * needs + pair.margin);
+        let (thickness, to) = (KEEPS * self.thickness.to_f64(), 2.0 * needs + LISTED * edge);
         let mut others = self.list(T::from_f64(thickness + to), memory) - thickness;
         let Memory { close, kept, .. } = memory;
         kept.clear();
@@ -396,6 +391,7 @@ impl<'a, T: Real> Look<'a, T> {
             }
         }
         pair.list.clear();
+        pair.list.reserve_exact(sixteens(kept));
         pair.list.extend(by_sixteen(kept));
         Looked { nearest: others, others }
     }
