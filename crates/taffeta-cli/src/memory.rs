@@ -2,6 +2,7 @@
 
 use crate::console;
 use std::path::Path;
+use taffeta::Simulation;
 use taffeta::scene::Scene;
 use taffeta_io::program::Failure;
 
@@ -34,6 +35,59 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
         free.limit,
         console::advised(needed.remedy, &needed.advice)
     )))
+}
+
+/// Watches how much memory a run takes, as lists of contacts grow.
+pub struct Watch {
+    /// What was foreseen, or said last [byte].
+    told: u64,
+    /// After the frame before [byte].
+    before: u64,
+}
+
+/// What a watch has seen.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Growth {
+    /// More than was foreseen.
+    Beyond(String),
+    /// Another frame like the last one may not fit.
+    TooMuch(String),
+}
+
+impl Watch {
+    /// Of a scene that is about to run.
+    pub fn new(scene: &Scene, simulation: &Simulation) -> Self {
+        let (needed, now) = (scene.memory_needed(), simulation.memory() as u64);
+        let [_, piled] = needed.contact_lists;
+        Self { told: needed.bytes.max(now.saturating_add(piled)), before: now }
+    }
+
+    /// Looks after a frame. Says that it is more than was foreseen once, and again where it has doubled.
+    pub fn look(&mut self, simulation: &Simulation) -> Option<Growth> {
+        self.grown(simulation.memory() as u64, || available().map_or(u64::MAX, |free| free.bytes))
+    }
+
+    fn grown(&mut self, now: u64, free: impl FnOnce() -> u64) -> Option<Growth> {
+        let before = std::mem::replace(&mut self.before, now);
+        if now <= self.told {
+            return None;
+        }
+        let remedy =
+            "many layers of triangles are near each other; a coarser mesh or thinner contact would need less";
+        // Only now is the system asked, which takes longer than the rest.
+        let free = free();
+        if now.saturating_sub(before) > free {
+            let (now, free) = (size(now), size(free));
+            return Some(Growth::TooMuch(format!(
+                "the run takes {now} of memory and {free} are free: {remedy}"
+            )));
+        }
+        let told = std::mem::replace(&mut self.told, now.saturating_mul(2));
+        let (now, told) = (size(now), size(told));
+        Some(Growth::Beyond(format!(
+            "warning: the run takes {now} of memory, and {told} were foreseen: {remedy}"
+        )))
+    }
 }
 
 /// A warning if results of `bytes` will not fit onto the disk that holds `dir` (or will, once it exists).
@@ -132,6 +186,26 @@ fn left_by(folder: &str, files: [&str; 3], read: &impl Fn(&str) -> Option<String
 mod tests {
     use super::*;
     use std::collections::HashMap;
+
+    #[test]
+    fn growth_is_said_once_and_again_when_doubled() {
+        let mut watch = Watch { told: 10 << 20, before: 8 << 20 };
+        let mut grown = |now: u64, free: u64| watch.grown(now << 20, || free << 20);
+        assert_eq!(grown(10, 0), None);
+        let remedy =
+            "many layers of triangles are near each other; a coarser mesh or thinner contact would need less";
+        let beyond = |now: u64, told: u64| {
+            let words = format!(
+                "warning: the run takes {now}.0 MiB of memory, and {told}.0 MiB were foreseen: {remedy}"
+            );
+            Some(Growth::Beyond(words))
+        };
+        assert_eq!([grown(12, 900), grown(20, 900)], [beyond(12, 10), None]);
+        assert_eq!(grown(25, 900), beyond(25, 24));
+        // Another frame that adds 100 MiB does not fit into 99.
+        let full = format!("the run takes 125.0 MiB of memory and 99.0 MiB are free: {remedy}");
+        assert_eq!(grown(125, 99), Some(Growth::TooMuch(full)));
+    }
 
     #[test]
     fn the_machines_free_memory_is_read() {

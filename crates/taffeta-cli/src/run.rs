@@ -41,7 +41,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop_on_ctrl_c()?;
     args.say(&opening(&loaded, &simulation, &device, &plan))?;
 
-    let mut job = Job::new(&plan, simulation, loaded.scene.time.dt)?;
+    let mut job = Job::new(&plan, simulation, &loaded.scene)?;
     let ending = job.run(args.quiet, &stop);
     close(args, &loaded, job, ending)
 }
@@ -51,7 +51,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     let (path, saved, frames) = (job.path(), job.saved, job.outputs.frames());
     let Job { plan, simulation, outputs, tally, .. } = job;
     let poses = match ending {
-        Ending::Done | Ending::Interrupted | Ending::Intersected(_) => Poses::Full,
+        Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_) => Poses::Full,
         // The files have kept the positions of the last good frame.
         Ending::Diverged(_) | Ending::Lost(_) if frames > 0 => Poses::Bare,
         _ => Poses::None,
@@ -60,7 +60,9 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     let (files, failed) = outputs.finish(&simulation, poses);
     // What went wrong first is what is said.
     let ending = match (ending, failed) {
-        (Ending::Done | Ending::Interrupted | Ending::Intersected(_), Some(error)) => Ending::Failed(error),
+        (Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_), Some(error)) => {
+            Ending::Failed(error)
+        }
         (ending, _) => ending,
     };
     let mut summary = tally.summary(args, &loaded.scene, &simulation, ending.status(), lost);
@@ -68,7 +70,9 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     // The frame that could not be kept does not count.
     summary.frames = u32::try_from(frames).unwrap_or(u32::MAX).saturating_sub(1);
     let ending = match (ending, outputs::write_summary(&plan.dir, &summary)) {
-        (Ending::Done | Ending::Interrupted | Ending::Intersected(_), Err(error)) => Ending::Failed(error),
+        (Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_), Err(error)) => {
+            Ending::Failed(error)
+        }
         (ending, _) => ending,
     };
     if args.json {
@@ -95,6 +99,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
         }
         Ending::Failed(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
         Ending::Intersected(what) => Err(Failure::Work(format!("{what}\n{kept}"))),
+        Ending::Full(what) => Err(Failure::Work(format!("{what}\n{kept}{go_on}"))),
         Ending::Interrupted => Err(Failure::Interrupted(format!("interrupted: {kept}{go_on}"))),
     }
 }

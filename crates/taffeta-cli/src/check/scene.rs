@@ -21,7 +21,10 @@ struct Report {
     bodies: Vec<BodyReport>,
     colliders: Vec<ColliderReport>,
     seams: Vec<SeamReport>,
+    /// Before the first frame.
     memory_bytes: usize,
+    /// More, for lists of contacts between triangles: while they lie flat, and in a dense pile. Null without such contact.
+    contact_list_bytes: Option<[u64; 2]>,
     substeps: u32,
     step: f64,
     method: Method,
@@ -153,6 +156,7 @@ impl Report {
             colliders: simulation.colliders().iter().map(ColliderReport::of).collect(),
             seams: loaded.scene.seams.iter().zip(simulation.seam_pair_counts()).map(SeamReport::of).collect(),
             memory_bytes: simulation.memory(),
+            contact_list_bytes: Some(loaded.scene.memory_needed().contact_lists).filter(|lists| lists[1] > 0),
             substeps: loaded.scene.time.substeps(),
             step,
             method: loaded.scene.solver.method,
@@ -172,7 +176,7 @@ impl Report {
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
         self.colliders.iter().for_each(|collider| lines.extend(collider.words()));
         lines.extend(self.seams.iter().map(SeamReport::words));
-        lines.push(format!("memory: {}", memory(self.memory_bytes as u64)));
+        lines.push(self.memory());
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
         lines.push(self.stable_step());
         lines.extend(self.largest_stable_step_set_by.iter().map(CulpritReport::words));
@@ -180,6 +184,16 @@ impl Report {
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
         lines.join("\n")
+    }
+
+    fn memory(&self) -> String {
+        let lists = self.contact_list_bytes.map_or_else(String::new, |lists| {
+            let [flat, piled] = lists.map(memory);
+            format!(
+                ", and lists of contacts: about {flat} while surfaces lie flat, up to {piled} in a dense pile"
+            )
+        });
+        format!("memory: {}{lists}", memory(self.memory_bytes as u64))
     }
 
     fn stable_step(&self) -> String {

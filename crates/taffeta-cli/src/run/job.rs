@@ -6,12 +6,14 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
 use crate::console::counted;
+use crate::memory::{Growth, Watch};
 use crate::summary::Status;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+use taffeta::scene::Scene;
 use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
@@ -22,6 +24,7 @@ pub struct Job<'a> {
     pub simulation: Simulation,
     pub outputs: Outputs,
     pub tally: Tally,
+    memory: Watch,
     /// Frame of the last checkpoint.
     pub saved: Option<u32>,
 }
@@ -33,6 +36,8 @@ pub enum Ending {
     Interrupted,
     /// Surfaces pass through each other, in words, and the run was to stop there.
     Intersected(String),
+    /// Another frame may need more memory than is free, in words.
+    Full(String),
     /// A file could not be written.
     Failed(io::Error),
     /// The device does not answer any more, and the state that it had is gone.
@@ -60,7 +65,7 @@ impl Ending {
         match self {
             Self::Done => Status::Done,
             Self::Diverged(_) => Status::Diverged,
-            Self::Interrupted => Status::Interrupted,
+            Self::Interrupted | Self::Full(_) => Status::Interrupted,
             Self::Intersected(_) => Status::Intersected,
             Self::Failed(_) | Self::Lost(_) => Status::Failed,
         }
@@ -69,7 +74,7 @@ impl Ending {
 
 impl<'a> Job<'a> {
     /// Starts the files, or takes up what the plan says was done before. Nothing is touched before all is found there.
-    pub fn new(plan: &'a Plan, mut simulation: Simulation, dt: f64) -> Result<Self, Failure> {
+    pub fn new(plan: &'a Plan, mut simulation: Simulation, scene: &Scene) -> Result<Self, Failure> {
         let mut tally = Tally::new(&simulation);
         if let Some(earlier) = &plan.earlier {
             simulation
@@ -80,12 +85,13 @@ impl<'a> Job<'a> {
             // What is asked for now holds from now on, whatever happens; the files are longer than it says.
             write_checkpoint(plan, &simulation, &earlier.run.mark, &tally)?;
         }
-        let mut outputs = Outputs::open(plan, &simulation, dt)?;
+        let mut outputs = Outputs::open(plan, &simulation, scene.time.dt)?;
         if let Some(earlier) = &plan.earlier {
             outputs.rewind(&earlier.run.mark, &simulation)?;
         }
         let saved = plan.earlier.as_ref().map(|earlier| earlier.snapshot.report.frame);
-        Ok(Self { plan, simulation, outputs, tally, saved })
+        let memory = Watch::new(scene, &simulation);
+        Ok(Self { plan, simulation, outputs, tally, memory, saved })
     }
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
@@ -93,7 +99,7 @@ impl<'a> Job<'a> {
         let (Ok(ending) | Err(ending)) = self.frames(quiet, stop);
         match (&ending, self.plan.every) {
             (Ending::Failed(_), _) => self.outputs.go_back(),
-            (Ending::Interrupted, _) | (Ending::Done, Some(_)) => {
+            (Ending::Interrupted | Ending::Full(_), _) | (Ending::Done, Some(_)) => {
                 if let Err(error) = self.save() {
                     return Ending::Failed(error);
                 }
@@ -129,6 +135,11 @@ impl<'a> Job<'a> {
         self.keep(ms)?;
         if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
             self.save()?;
+        }
+        match self.memory.look(&self.simulation) {
+            Some(Growth::Beyond(words)) => complain(&words),
+            Some(Growth::TooMuch(words)) => return Err(Ending::Full(words)),
+            None => {}
         }
         Ok(ms)
     }

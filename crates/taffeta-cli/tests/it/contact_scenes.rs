@@ -1,6 +1,7 @@
 //! Scenes of contact between triangles: frame by frame the exact test finds nothing that passes through.
 
 use std::path::{Path, PathBuf};
+use taffeta::scene::Scene;
 use taffeta::{Options, Simulation};
 
 /// Scenes, and as many frames as a test has time for. The whole of each is run by hand with `--verify-contact=stop`.
@@ -27,9 +28,13 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/contact")
 }
 
-fn built(name: &str) -> Simulation {
+fn scene(name: &str) -> Scene {
     let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
-    let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
+    loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene
+}
+
+fn built(name: &str) -> Simulation {
+    let scene = scene(name);
     let options = Options { threads: Some(2), ..Options::default() };
     Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
@@ -87,11 +92,16 @@ fn a_house_of_cards_stands() {
 #[test]
 fn layers_keep_their_order() {
     let mut simulation = built("layers");
+    let start = simulation.memory();
     for _ in 0..8 {
         simulation.step().expect("a stable scene");
     }
     let heights = heights(&simulation, 100);
     assert!(heights.len() == 50 && heights.is_sorted(), "{heights:?}");
+    // Fifty layers are the dense pile that `check` tells of.
+    let lists = (simulation.memory() - start) as f64;
+    let [flat, piled] = scene("layers").memory_needed().contact_lists.map(|bytes| bytes as f64);
+    assert!(lists > 3.0 * flat && lists < piled, "{flat} {lists} {piled}");
 }
 
 #[test]

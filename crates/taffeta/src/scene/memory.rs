@@ -1,7 +1,7 @@
 //! How much memory a scene will take, told before any of it is taken.
 
 use crate::advice::Advice;
-use crate::scene::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
+use crate::scene::{Body, ContactForm, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
 /// that of the scene itself.
@@ -20,6 +20,9 @@ pub struct MemoryNeeded {
     pub bytes: u64,
     /// More [byte] while results are written that hold faces or normals.
     pub faces: u64,
+    /// Lists of contacts between triangles [byte], which grow as surfaces come near each other: while they lie flat, and where dozens
+    /// of layers lie on each other. `bytes` has those of a crumpled sheet.
+    pub contact_lists: [u64; 2],
     /// What takes most of it, with its numbers.
     pub mostly: String,
     /// What would take less.
@@ -50,6 +53,9 @@ const COLLIDER: u64 = 272;
 const LOAD: u64 = 8;
 const SEAM_PAIR: u64 = 170;
 const TETHERED_NODE: u64 = 330;
+/// Of lists of contacts.
+const FLAT_TRIANGLE: u64 = 450;
+const PILED_TRIANGLE: u64 = 8500;
 
 /// A part of the memory, with words that are made only when they are asked for.
 struct Part<'a> {
@@ -77,10 +83,19 @@ impl Scene {
         MemoryNeeded {
             bytes,
             faces: nodes.saturating_mul(FACES_OF_NODE),
+            contact_lists: self.contact_lists(),
             mostly,
             remedy,
             advice: advice.into_iter().collect(),
         }
+    }
+
+    fn contact_lists(&self) -> [u64; 2] {
+        let touching = self.bodies.iter().filter(|body| {
+            body.self_collision.as_ref().is_some_and(|contact| contact.form == ContactForm::Triangles)
+        });
+        let triangles = touching.fold(0_u64, |sum, body| sum.saturating_add(triangles(&body.mesh)));
+        [FLAT_TRIANGLE, PILED_TRIANGLE].map(|each| triangles.saturating_mul(each))
     }
 
     fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 4] {

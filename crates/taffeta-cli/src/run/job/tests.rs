@@ -70,7 +70,7 @@ fn prepared(args: &Args) -> (Loaded, Plan) {
 fn job<'a>(plan: &'a Plan, loaded: &Loaded, gpu: Gpu) -> Job<'a> {
     let options = Options { gpu: Some(gpu.into()), ..Options::default() };
     let simulation = Simulation::new(&loaded.scene, &options).unwrap();
-    Job::new(plan, simulation, loaded.scene.time.dt).unwrap()
+    Job::new(plan, simulation, &loaded.scene).unwrap()
 }
 
 fn whole(desk: &Desk, words: &str) {
