@@ -22,7 +22,7 @@ use crate::topology::boxes::{Bounds, NOWHERE, around, join};
 use std::ops::Range;
 
 /// Distance up to which leaves are listed, relative to the mean diagonal of a leaf.
-const LISTED: f64 = 0.5;
+const LISTED: f64 = 0.12;
 
 /// What workers know of the leaves.
 pub struct Leaves<T> {
