@@ -40,9 +40,11 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
 /// Watches how much memory a run takes, as lists of contacts grow.
 pub struct Watch {
     /// What was foreseen, or said last [byte].
-    told: u64,
+    pub told: u64,
     /// After the frame before [byte].
-    before: u64,
+    pub before: u64,
+    /// How much is free [byte].
+    pub free: fn() -> u64,
 }
 
 /// What a watch has seen.
@@ -59,24 +61,24 @@ impl Watch {
     pub fn new(scene: &Scene, simulation: &Simulation) -> Self {
         let (needed, now) = (scene.memory_needed(), simulation.memory() as u64);
         let [_, piled] = needed.contact_lists;
-        Self { told: needed.bytes.max(now.saturating_add(piled)), before: now }
+        // A GPU says itself what does not fit into its memory.
+        let is_here = simulation.backend() == "cpu";
+        let free = if is_here { || available().map_or(u64::MAX, |free| free.bytes) } else { || u64::MAX };
+        // What does not grow is known best where it has been built.
+        Self { told: now.saturating_add(piled.max(needed.bytes)), before: now, free }
     }
 
-    /// Looks after a frame. Says that it is more than was foreseen once, and again where it has doubled.
-    pub fn look(&mut self, simulation: &Simulation) -> Option<Growth> {
-        self.grown(simulation.memory() as u64, || available().map_or(u64::MAX, |free| free.bytes))
-    }
-
-    fn grown(&mut self, now: u64, free: impl FnOnce() -> u64) -> Option<Growth> {
-        let before = std::mem::replace(&mut self.before, now);
+    /// Looks after a frame, when the run takes `now` [byte]. Says that it is more than was foreseen once, and again where it has
+    /// doubled.
+    pub fn look(&mut self, now: u64) -> Option<Growth> {
+        let growth = now.saturating_sub(std::mem::replace(&mut self.before, now));
         if now <= self.told {
             return None;
         }
         let remedy =
             "many layers of triangles are near each other; a coarser mesh or thinner contact would need less";
-        // Only now is the system asked, which takes longer than the rest.
-        let free = free();
-        if now.saturating_sub(before) > free {
+        let free = (self.free)();
+        if growth > free {
             let (now, free) = (size(now), size(free));
             return Some(Growth::TooMuch(format!(
                 "the run takes {now} of memory and {free} are free: {remedy}"
@@ -189,9 +191,8 @@ mod tests {
 
     #[test]
     fn growth_is_said_once_and_again_when_doubled() {
-        let mut watch = Watch { told: 10 << 20, before: 8 << 20 };
-        let mut grown = |now: u64, free: u64| watch.grown(now << 20, || free << 20);
-        assert_eq!(grown(10, 0), None);
+        let mut watch = Watch { told: 10 << 20, before: 8 << 20, free: || 99 << 20 };
+        let mut looked = |now: u64| watch.look(now << 20);
         let remedy =
             "many layers of triangles are near each other; a coarser mesh or thinner contact would need less";
         let beyond = |now: u64, told: u64| {
@@ -200,11 +201,10 @@ mod tests {
             );
             Some(Growth::Beyond(words))
         };
-        assert_eq!([grown(12, 900), grown(20, 900)], [beyond(12, 10), None]);
-        assert_eq!(grown(25, 900), beyond(25, 24));
+        assert_eq!([10, 12, 20, 25].map(&mut looked), [None, beyond(12, 10), None, beyond(25, 24)]);
         // Another frame that adds 100 MiB does not fit into 99.
         let full = format!("the run takes 125.0 MiB of memory and 99.0 MiB are free: {remedy}");
-        assert_eq!(grown(125, 99), Some(Growth::TooMuch(full)));
+        assert_eq!(looked(125), Some(Growth::TooMuch(full)));
     }
 
     #[test]

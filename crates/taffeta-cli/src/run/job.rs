@@ -136,7 +136,7 @@ impl<'a> Job<'a> {
         if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
             self.save()?;
         }
-        match self.memory.look(&self.simulation) {
+        match self.memory.look(self.simulation.memory() as u64) {
             Some(Growth::Beyond(words)) => complain(&words),
             Some(Growth::TooMuch(words)) => return Err(Ending::Full(words)),
             None => {}

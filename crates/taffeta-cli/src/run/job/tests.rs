@@ -1,4 +1,4 @@
-//! A GPU that is lost in the middle of a run.
+//! A GPU that is lost in the middle of a run, and memory that is full.
 
 use super::*;
 use crate::run::{Args, close};
@@ -124,6 +124,22 @@ fn a_lost_gpu_leaves_the_good_frames_and_a_checkpoint_from_which_another_goes_on
     for name in ["positions.npy", "sheet.obj"] {
         assert!(bytes(&desk.out().join(name)) == bytes(&other.out().join(name)), "{name} differs");
     }
+}
+
+#[test]
+fn memory_that_is_full_ends_a_run_with_a_checkpoint() {
+    let desk = Desk::new();
+    let args = desk.args("--format=npy");
+    let (loaded, plan) = prepared(&args);
+    let simulation = Simulation::new(&loaded.scene, &Options::default()).unwrap();
+    let mut job = Job::new(&plan, simulation, &loaded.scene).unwrap();
+    job.memory = Watch { told: 0, before: 0, free: || 0 };
+    let ending = job.run(true, &AtomicBool::new(false));
+    let said = close(&args, &loaded, job, ending).unwrap_err().to_string();
+    assert!(said.contains(" of memory and 0 bytes are free: "), "{said}");
+    assert!(said.contains("\nframes 0 to 1 are in "), "{said}");
+    assert!(said.contains("\ncheckpoint at frame 1; to go on: taffeta run "), "{said}");
+    assert_eq!((&desk.summary()["status"], desk.frames()), (&"interrupted".into(), 2));
 }
 
 #[test]
