@@ -13,10 +13,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use taffeta::scene::Scene;
+use taffeta::scene::{Body, ContactForm, Scene};
 use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
+
+/// Part of their thickness to which surfaces are squeezed before they are pressed through each other.
+const THIN: f64 = 0.1;
+/// Frames between two looks at them, which take long.
+const LOOKS: u32 = 8;
 
 /// A run under way.
 pub struct Job<'a> {
@@ -25,6 +30,8 @@ pub struct Job<'a> {
     pub outputs: Outputs,
     pub tally: Tally,
     memory: Watch,
+    /// The frame from which on surfaces that are squeezed thin are looked at; none where nothing is to be said of them.
+    next_look: Option<u32>,
     /// Frame of the last checkpoint.
     pub saved: Option<u32>,
 }
@@ -91,7 +98,11 @@ impl<'a> Job<'a> {
         }
         let saved = plan.earlier.as_ref().map(|earlier| earlier.snapshot.report.frame);
         let memory = Watch::new(scene, &simulation);
-        Ok(Self { plan, simulation, outputs, tally, memory, saved })
+        let touches = |body: &Body| {
+            body.self_collision.as_ref().is_some_and(|contact| contact.form == ContactForm::Triangles)
+        };
+        let next_look = (plan.verify.is_none() && scene.bodies.iter().any(touches)).then_some(0);
+        Ok(Self { plan, simulation, outputs, tally, memory, next_look, saved })
     }
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
@@ -136,6 +147,7 @@ impl<'a> Job<'a> {
         if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
             self.save()?;
         }
+        self.look_at_squeezed();
         match self.memory.look(self.simulation.memory() as u64) {
             Some(Growth::Beyond(words)) => complain(&words),
             Some(Growth::TooMuch(words)) => return Err(Ending::Full(words)),
@@ -161,6 +173,23 @@ impl<'a> Job<'a> {
                 counted(found.pairs as usize, "intersection", "intersections")
             ))),
             _ => Ok(()),
+        }
+    }
+
+    /// Says once where surfaces have been pressed through each other, as between colliders that leave no room.
+    fn look_at_squeezed(&mut self) {
+        let (report, frame) = (self.simulation.report(), self.simulation.frame());
+        let is_thin = report.nearest_pair.is_some_and(|nearest| nearest < THIN);
+        if !is_thin || report.intersections.is_some() || self.next_look.is_none_or(|next| frame < next) {
+            return;
+        }
+        self.next_look = Some(frame + LOOKS);
+        if let Some(first) = self.simulation.intersections().first {
+            self.next_look = None;
+            complain(&format!(
+                "warning: frame {frame}: surfaces were pressed through each other: {first}. What is pinned or between two colliders \
+                 cannot give way; more room or thinner contact would do (--verify-contact counts this in every frame)"
+            ));
         }
     }
 

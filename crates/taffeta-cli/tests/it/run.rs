@@ -376,6 +376,48 @@ fn intersections_are_counted_where_they_are_asked_for() {
     assert_eq!(all["last_frame"].as_u64(), counted.iter().rposition(|&pairs| pairs > 0).map(|at| at as u64));
 }
 
+/// Two boxes that close on a sheet and leave no room for it.
+const CRUSHED: &str = r#"
+[time]
+max_step = 0.0005
+frames = 10
+[[collider]]
+box = { half = [0.1, 0.1, 0.1] }
+place.position = [-0.13, 0.0, 0.0]
+[[collider.motion]]
+t = 0.0
+[[collider.motion]]
+t = 0.1
+translate = [0.07, 0.0, 0.0]
+[[collider]]
+name = "press"
+box = { half = [0.1, 0.1, 0.1] }
+place.position = [0.13, 0.0, 0.0]
+[[body]]
+name = "scarf"
+mass = 0.02
+mesh.grid = { rows = 7, cols = 5, size = [0.12, 0.08] }
+place.rotation = { axis = [0.0, 0.0, 1.0], degrees = 90.0 }
+springs = { structural = { k = 30.0, d = 0.004 }, shear = { k = 15.0, d = 0.004 } }
+self_collision = { thickness = 0.005 }
+"#;
+
+#[test]
+fn cloth_that_is_crushed_between_colliders_is_said() {
+    let crushed = |text: &str| {
+        let desk = Desk::with(text);
+        let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o", "--quiet"]));
+        assert_eq!(code, Some(0), "{err}");
+        err
+    };
+    let err = crushed(CRUSHED);
+    let said: Vec<&str> = err.lines().filter(|line| line.contains("pressed through each other")).collect();
+    assert!(said.len() == 1 && said[0].starts_with("warning: frame "), "{err}");
+    assert!(said[0].contains("body `scarf`") && said[0].contains("collider `"), "{err}");
+    // With room for it nothing is said.
+    assert_eq!(crushed(&CRUSHED.replace("translate = [0.07,", "translate = [0.02,")), "");
+}
+
 #[test]
 fn a_run_may_stop_at_the_first_intersection() {
     let desk = Desk::with(PASSING);
