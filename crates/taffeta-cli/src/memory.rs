@@ -40,7 +40,7 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
 /// Watches how much memory a run takes, as lists of contacts grow.
 pub struct Watch {
     /// What was foreseen, or said last [byte].
-    pub told: u64,
+    pub foreseen: u64,
     /// After the frame before [byte].
     pub before: u64,
     /// How much is free [byte].
@@ -65,14 +65,14 @@ impl Watch {
         let is_here = simulation.backend() == "cpu";
         let free = if is_here { || available().map_or(u64::MAX, |free| free.bytes) } else { || u64::MAX };
         // What does not grow is known best where it has been built.
-        Self { told: now.saturating_add(piled.max(needed.bytes)), before: now, free }
+        Self { foreseen: now.saturating_add(piled.max(needed.bytes)), before: now, free }
     }
 
     /// Looks after a frame, when the run takes `now` [byte]. Says that it is more than was foreseen once, and again where it has
     /// doubled.
     pub fn look(&mut self, now: u64) -> Option<Growth> {
         let growth = now.saturating_sub(std::mem::replace(&mut self.before, now));
-        if now <= self.told {
+        if now <= self.foreseen {
             return None;
         }
         let remedy =
@@ -84,10 +84,10 @@ impl Watch {
                 "the run takes {now} of memory and {free} are free: {remedy}"
             )));
         }
-        let told = std::mem::replace(&mut self.told, now.saturating_mul(2));
-        let (now, told) = (size(now), size(told));
+        let foreseen = std::mem::replace(&mut self.foreseen, now.saturating_mul(2));
+        let (now, foreseen) = (size(now), size(foreseen));
         Some(Growth::Beyond(format!(
-            "warning: the run takes {now} of memory, and {told} were foreseen: {remedy}"
+            "warning: the run takes {now} of memory, and {foreseen} were foreseen: {remedy}"
         )))
     }
 }
@@ -191,13 +191,13 @@ mod tests {
 
     #[test]
     fn growth_is_said_once_and_again_when_doubled() {
-        let mut watch = Watch { told: 10 << 20, before: 8 << 20, free: || 99 << 20 };
+        let mut watch = Watch { foreseen: 10 << 20, before: 8 << 20, free: || 99 << 20 };
         let mut looked = |now: u64| watch.look(now << 20);
         let remedy =
             "many layers of triangles are near each other; a coarser mesh or thinner contact would need less";
-        let beyond = |now: u64, told: u64| {
+        let beyond = |now: u64, foreseen: u64| {
             let words = format!(
-                "warning: the run takes {now}.0 MiB of memory, and {told}.0 MiB were foreseen: {remedy}"
+                "warning: the run takes {now}.0 MiB of memory, and {foreseen}.0 MiB were foreseen: {remedy}"
             );
             Some(Growth::Beyond(words))
         };

@@ -51,7 +51,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     let (path, saved, frames) = (job.path(), job.saved, job.outputs.frames());
     let Job { plan, simulation, outputs, tally, .. } = job;
     let poses = match ending {
-        Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_) => Poses::Full,
+        _ if ending.is_orderly() => Poses::Full,
         // The files have kept the positions of the last good frame.
         Ending::Diverged(_) | Ending::Lost(_) if frames > 0 => Poses::Bare,
         _ => Poses::None,
@@ -60,9 +60,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     let (files, failed) = outputs.finish(&simulation, poses);
     // What went wrong first is what is said.
     let ending = match (ending, failed) {
-        (Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_), Some(error)) => {
-            Ending::Failed(error)
-        }
+        (ending, Some(error)) if ending.is_orderly() => Ending::Failed(error),
         (ending, _) => ending,
     };
     let mut summary = tally.summary(args, &loaded.scene, &simulation, ending.status(), lost);
@@ -70,9 +68,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     // The frame that could not be kept does not count.
     summary.frames = u32::try_from(frames).unwrap_or(u32::MAX).saturating_sub(1);
     let ending = match (ending, outputs::write_summary(&plan.dir, &summary)) {
-        (Ending::Done | Ending::Interrupted | Ending::Full(_) | Ending::Intersected(_), Err(error)) => {
-            Ending::Failed(error)
-        }
+        (ending, Err(error)) if ending.is_orderly() => Ending::Failed(error),
         (ending, _) => ending,
     };
     if args.json {

@@ -495,7 +495,7 @@ impl Simulation {
         self.backend.device().backend
     }
 
-    /// Bytes of memory that state and springs take while running.
+    /// Bytes of memory that state, springs and lists of contacts take now.
     pub fn memory(&self) -> usize {
         self.backend.memory()
     }

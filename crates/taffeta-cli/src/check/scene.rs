@@ -190,7 +190,7 @@ impl Report {
         let lists = self.contact_list_bytes.map_or_else(String::new, |lists| {
             let [flat, piled] = lists.map(memory);
             format!(
-                ", and lists of contacts: about {flat} while surfaces lie flat, up to {piled} in a dense pile"
+                ", and lists of contacts: about {flat} while surfaces lie flat, about {piled} in a dense pile"
             )
         });
         format!("memory: {}{lists}", memory(self.memory_bytes as u64))

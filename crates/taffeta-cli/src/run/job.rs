@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use taffeta::scene::{Body, ContactForm, Scene};
+use taffeta::scene::{Body, Scene};
 use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
@@ -67,6 +67,11 @@ impl From<StepError> for Ending {
 }
 
 impl Ending {
+    /// Whether the simulation has the state of the last frame.
+    pub fn is_orderly(&self) -> bool {
+        matches!(self, Self::Done | Self::Interrupted | Self::Full(_) | Self::Intersected(_))
+    }
+
     /// The ending in one word.
     pub fn status(&self) -> Status {
         match self {
@@ -98,10 +103,8 @@ impl<'a> Job<'a> {
         }
         let saved = plan.earlier.as_ref().map(|earlier| earlier.snapshot.report.frame);
         let memory = Watch::new(scene, &simulation);
-        let touches = |body: &Body| {
-            body.self_collision.as_ref().is_some_and(|contact| contact.form == ContactForm::Triangles)
-        };
-        let next_look = (plan.verify.is_none() && scene.bodies.iter().any(touches)).then_some(0);
+        let next_look =
+            (plan.verify.is_none() && scene.bodies.iter().any(Body::has_surface_contact)).then_some(0);
         Ok(Self { plan, simulation, outputs, tally, memory, next_look, saved })
     }
 
@@ -149,9 +152,11 @@ impl<'a> Job<'a> {
         }
         self.look_at_squeezed();
         match self.memory.look(self.simulation.memory() as u64) {
+            Some(Growth::TooMuch(words)) if self.simulation.frame() < self.plan.end => {
+                return Err(Ending::Full(words));
+            }
             Some(Growth::Beyond(words)) => complain(&words),
-            Some(Growth::TooMuch(words)) => return Err(Ending::Full(words)),
-            None => {}
+            _ => {}
         }
         Ok(ms)
     }
@@ -180,7 +185,9 @@ impl<'a> Job<'a> {
     fn look_at_squeezed(&mut self) {
         let (report, frame) = (self.simulation.report(), self.simulation.frame());
         let is_thin = report.nearest_pair.is_some_and(|nearest| nearest < THIN);
-        if !is_thin || report.intersections.is_some() || self.next_look.is_none_or(|next| frame < next) {
+        // Nobody looks after the last frame.
+        let is_early = |next: u32| frame < next.min(self.plan.end);
+        if !is_thin || report.intersections.is_some() || self.next_look.is_none_or(is_early) {
             return;
         }
         self.next_look = Some(frame + LOOKS);

@@ -105,6 +105,11 @@ pub(crate) enum Range {
 }
 
 impl Body {
+    /// Whether its surface touches itself and others by triangles (`form = "triangles"`).
+    pub fn has_surface_contact(&self) -> bool {
+        self.self_collision.as_ref().is_some_and(|contact| contact.form == ContactForm::Triangles)
+    }
+
     /// Contacts that it finds beside those with colliders.
     pub(crate) fn contacts(&self) -> Vec<ContactOfBody> {
         let nodes = self.self_collision.as_ref().map(

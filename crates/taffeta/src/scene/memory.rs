@@ -1,7 +1,7 @@
 //! How much memory a scene will take, told before any of it is taken.
 
 use crate::advice::Advice;
-use crate::scene::{Body, ContactForm, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
+use crate::scene::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
 /// that of the scene itself.
@@ -91,9 +91,7 @@ impl Scene {
     }
 
     fn contact_lists(&self) -> [u64; 2] {
-        let touching = self.bodies.iter().filter(|body| {
-            body.self_collision.as_ref().is_some_and(|contact| contact.form == ContactForm::Triangles)
-        });
+        let touching = self.bodies.iter().filter(|body| body.has_surface_contact());
         let triangles = touching.fold(0_u64, |sum, body| sum.saturating_add(triangles(&body.mesh)));
         [FLAT_TRIANGLE, PILED_TRIANGLE].map(|each| triangles.saturating_mul(each))
     }
