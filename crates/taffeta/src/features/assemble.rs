@@ -31,7 +31,8 @@ impl Assembly {
         if assembly.solver.is_primal() {
             let bodies = 0..assembly.bodies.len();
             let elements: Vec<bool> = bodies.map(|body| assembly.has_solved_elements(body)).collect();
-            assembly.extensions.insert(Level::all(&assembly.bodies, &constraints, &elements));
+            let joined = scene.bodies.iter().any(Body::has_surface_contact);
+            assembly.extensions.insert(Level::all(&assembly.bodies, &constraints, &elements, joined));
         }
         assembly.extensions.insert(constraints);
         assembly.attach(scene)?;

@@ -52,8 +52,6 @@ pub struct SolvedContact<T> {
     pub across: T,
     /// p with what the Newton step has changed [N·s].
     pub applied: [T; 3],
-    /// Whether the multigrid cycle knows of it.
-    pub in_cycle: bool,
     /// Whether one of its sides cannot move, so that coarser levels know of it, too.
     pub is_held: bool,
 }
@@ -107,6 +105,13 @@ impl<T: Real> SolvedContact<T> {
     #[inline(always)]
     pub fn relative(&self, of: impl Fn(u32) -> [T; 3]) -> [T; 3] {
         relative(self.nodes.map(of), self.weights)
+    }
+
+    /// C: it takes back C times a relative velocity.
+    pub fn block(&self) -> Symmetric<T> {
+        let ([x, y, z], more) = (self.normal, self.along - self.across);
+        let outer = [x * x, y * y, z * z, x * y, x * z, y * z];
+        std::array::from_fn(|one| more * outer[one] + if one < 3 { self.across } else { T::ZERO })
     }
 
     /// The diagonal block of one of its nodes with its share of the contact, as [`Self::soften`] has the inverse.
@@ -198,7 +203,6 @@ mod tests {
             along: 0.0,
             across: 0.0,
             applied: [0.0; 3],
-            in_cycle: true,
             is_held: false,
         };
         one.stiffen(|node| of_mass(if node == 0 { 1.0 } else { 3.0 }));

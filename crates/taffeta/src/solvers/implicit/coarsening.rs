@@ -103,6 +103,16 @@ impl Graph {
             None => coarser_mesh(self),
         }
     }
+
+    /// The same graph again.
+    pub fn same(&self) -> Coarser {
+        let each = |count: usize| {
+            let mut all = Weighted::default();
+            (0..count as u32).for_each(|one| all.push([(one, 1.0)]));
+            all
+        };
+        Coarser { graph: self.clone(), parents: each(self.nodes()), sources: each(self.edges.len()) }
+    }
 }
 
 /// One direction of a grid.

@@ -31,7 +31,6 @@ fn formula(one: &SolvedContact) -> Formula<f32> {
         along: one.along,
         across: one.across,
         applied: one.applied,
-        in_cycle: true,
         is_held: one.is_held != 0,
     }
 }

@@ -40,8 +40,14 @@ pub struct Level {
 
 impl Level {
     /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints. `elements`: whether
-    /// each body has other elements that are solved for.
-    pub fn all(bodies: &[BodyAssembly], constraints: &Constraints, elements: &[bool]) -> Vec<Self> {
+    /// each body has other elements that are solved for. `joined`: whether contacts join bodies; then all of them reach the last
+    /// level, some without getting any coarser.
+    pub fn all(
+        bodies: &[BodyAssembly],
+        constraints: &Constraints,
+        elements: &[bool],
+        joined: bool,
+    ) -> Vec<Self> {
         let mut graphs: Vec<Option<Graph>> = graphs(bodies, constraints, elements);
         let mut finer = Self {
             places: bodies.last().map_or(0, |body| body.first + body.places()),
@@ -51,12 +57,17 @@ impl Level {
         };
         let mut levels: Vec<Self> = Vec::new();
         loop {
-            let coarser: Vec<Option<Coarser>> = graphs
+            let mut coarser: Vec<Option<Coarser>> = graphs
                 .iter()
                 .map(|graph| graph.as_ref().filter(|graph| graph.nodes() > FEW).and_then(Graph::coarser))
                 .collect();
             if coarser.iter().all(Option::is_none) {
                 return levels;
+            }
+            if joined {
+                for (coarser, graph) in coarser.iter_mut().zip(&graphs) {
+                    *coarser = coarser.take().or_else(|| graph.as_ref().map(Graph::same));
+                }
             }
             let first_edges = first_edges(levels.last().unwrap_or(&finer), &graphs);
             let level = Self::of(levels.last().unwrap_or(&finer), &first_edges, &coarser);

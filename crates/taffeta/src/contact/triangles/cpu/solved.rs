@@ -23,8 +23,6 @@ pub struct System<'a, T> {
     pub bodies: &'a [u32],
     /// The first place of each worker's share.
     pub shares: &'a [u32],
-    /// By body: whether it has more than one level.
-    pub goes_on: &'a [bool],
     /// Where nodes would be [m], and their velocities [m/s], by axis.
     pub moved: [&'a [T]; 6],
     /// Step [s].
@@ -83,8 +81,6 @@ struct Acting<T> {
     normal: [[T; LANES]; 3],
     along: [T; LANES],
     across: [T; LANES],
-    /// 0 where the multigrid cycle does not know of the contact.
-    along_in_cycle: [T; LANES],
 }
 
 impl<T: Real> Solved<T> {
@@ -148,7 +144,6 @@ impl<T: Real> Acting<T> {
             normal: from_fn(|axis| from_fn(|lane| at(lane).normal[axis])),
             along: from_fn(|lane| at(lane).along),
             across: from_fn(|lane| at(lane).across),
-            along_in_cycle: from_fn(|lane| if at(lane).in_cycle { at(lane).along } else { T::ZERO }),
         }
     }
 }
@@ -158,8 +153,6 @@ struct TakeBack<'a, T> {
     acting: &'a [Acting<T>],
     vector: [&'a [T]; 3],
     places: usize,
-    /// Whether it is for a product of the multigrid cycle.
-    in_cycle: bool,
     taken: &'a mut [[T; 3]],
 }
 
@@ -167,7 +160,7 @@ impl<T: Real> Kernel for TakeBack<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { acting, vector, places, in_cycle, taken } = self;
+        let Self { acting, vector, places, taken } = self;
         let vector = vector.map(|column| &column[..places]);
         for lanes in acting {
             let mut of = [[[T::ZERO; LANES]; 3]; 4];
@@ -180,15 +173,14 @@ impl<T: Real> Kernel for TakeBack<'_, T> {
                     }
                 }
             }
-            let along = if in_cycle { &lanes.along_in_cycle } else { &lanes.along };
             let mut all = [[T::ZERO; LANES]; 3];
             for lane in 0..LANES {
                 let nodes = from_fn(|corner| from_fn(|axis| of[corner][axis][lane]));
                 let velocity = relative(nodes, from_fn(|corner| lanes.weights[corner][lane]));
                 let normal = from_fn(|axis| lanes.normal[axis][lane]);
-                let by = taken_back(velocity, normal, [along[lane], lanes.across[lane]]);
+                let by = taken_back(velocity, normal, [lanes.along[lane], lanes.across[lane]]);
                 for axis in 0..3 {
-                    all[axis][lane] = if along[lane] > T::ZERO { by[axis] } else { T::ZERO };
+                    all[axis][lane] = if lanes.along[lane] > T::ZERO { by[axis] } else { T::ZERO };
                 }
             }
             for (lane, &number) in lanes.numbers.iter().enumerate() {
@@ -227,7 +219,6 @@ impl<T: Real> TriangleContact<T> {
             along: T::ZERO,
             across: T::ZERO,
             applied: [T::ZERO; 3],
-            in_cycle: false,
             is_held: false,
         }));
         self.send_rows(worker, system);
@@ -272,7 +263,6 @@ impl<T: Real> TriangleContact<T> {
             }
             let Some(first) = bodies.clone().flatten().next() else { continue };
             one.body = first;
-            one.in_cycle = bodies.clone().flatten().all(|body| system.goes_on[body as usize]);
             for other in bodies.map(|body| body.unwrap_or(NO_BODY)).filter(|&body| body != first) {
                 if links.last() != Some(&[first, other]) {
                     links.push([first, other]);
@@ -331,15 +321,28 @@ impl<T: Real> TriangleContact<T> {
         unsafe { self.solved.contacts.read() }.iter().any(|contacts| !contacts.is_empty())
     }
 
-    /// Finds what a worker's contacts take back of a vector by place, for a product of the multigrid cycle or of the system
-    /// itself that follows after a barrier.
-    pub fn take_back(&self, worker: &Worker<'_, T>, vector: [&[T]; 3], in_cycle: bool) {
+    /// The contacts that a worker has found.
+    pub fn solved_of(&self, worker: &Worker<'_, T>) -> &[SolvedContact<T>] {
+        self.solved.own(worker)
+    }
+
+    /// The contacts that each worker has found.
+    ///
+    /// # Safety
+    /// As of [`Shared::read`]: no worker is in a method that changes them.
+    pub unsafe fn solved_contacts(&self) -> &[Vec<SolvedContact<T>>] {
+        // SAFETY: promised by the caller.
+        unsafe { self.solved.contacts.read() }
+    }
+
+    /// Finds what a worker's contacts take back of a vector by place, for a product that follows after a barrier.
+    pub fn take_back(&self, worker: &Worker<'_, T>, vector: [&[T]; 3]) {
         let places = self.surfaces.places;
         // SAFETY: its own, and what others read after the next barrier.
         let (acting, taken) = unsafe {
             (&*self.solved.acting.item(worker.index), self.solved.taken.item(worker.index).as_mut_slice())
         };
-        worker.nodes.level.run(TakeBack { acting, vector, places, in_cycle, taken });
+        worker.nodes.level.run(TakeBack { acting, vector, places, taken });
     }
 
     /// What contacts add to the product for which they have been asked last.

@@ -3,7 +3,7 @@
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::real::{Real, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
-use crate::solvers::implicit::cpu::cycle::{Product, slots_of};
+use crate::solvers::implicit::cpu::cycle::slots_of;
 use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
@@ -201,7 +201,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// From what springs did in the last sub-step, in `t`.
     fn start_warm(&mut self) {
-        self.take_back(0, Product::System, &self.shared.levels[0].t);
+        self.take_back(0, &self.shared.levels[0].t);
         self.each(0, |worker, chunk| {
             let here = &worker.shared.levels[0];
             // What is left is needed: its product goes to `z`, which is found again.
@@ -236,7 +236,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn iterate(&mut self) {
         while self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
-            self.take_back(0, Product::System, &self.shared.levels[0].t);
+            self.take_back(0, &self.shared.levels[0].t);
             self.each(0, |worker, chunk| {
                 let here = &worker.shared.levels[0];
                 *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
@@ -343,7 +343,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let kernel = unsafe {
             Apply {
                 part: chunk.part.clone(),
-                operator: self.operator(0, Product::System, chunk.body),
+                operator: self.operator(0, chunk.body),
                 hold: self.hold(0),
                 vector: vector.read(),
                 other: other.read(),
@@ -382,7 +382,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let (mut impulse, right, x) =
             unsafe { (shared.impulse.write::<3>(part), shared.right.read(), shared.x.read()) };
         let (predicted, inverse_mass) = (self.hold(0).predicted, &self.worker.nodes.inverse_mass);
-        let edges = Operator { own: Own::None, ..self.operator(0, Product::System, chunk.body) };
+        let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
         for first in part.clone().step_by(LANES) {
             let held = predicted.get(first..first + LANES).unwrap_or(&[]);
             let pinned = inverse_mass[first..first + LANES].iter().any(|&w| w <= T::ZERO);

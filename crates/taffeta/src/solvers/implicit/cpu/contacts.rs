@@ -5,7 +5,6 @@ use crate::contact::triangles::cpu::solved::{NO_BODY, System};
 use crate::real::{Real, add, scale};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::Columns;
-use crate::solvers::implicit::cpu::cycle::Product;
 use crate::solvers::implicit::cpu::tables::{Chunk, Table};
 
 /// Where contacts find the nodes of the system.
@@ -95,18 +94,12 @@ impl Joined {
     }
 }
 
-impl<T: Real> ImplicitWorker<'_, '_, T> {
+impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
     fn with_system<R>(&self, job: impl FnOnce(&System<'_, T>) -> R) -> R {
         // SAFETY: what was moved was written before a barrier.
         let moved = unsafe { self.shared.moved.read() };
         let Places { bodies, shares } = &self.primal.places;
-        job(&System {
-            bodies,
-            shares,
-            goes_on: &self.primal.tables[0].goes_on,
-            moved: std::array::from_fn(|axis| moved.column(axis)),
-            h: self.h,
-        })
+        job(&System { bodies, shares, moved: std::array::from_fn(|axis| moved.column(axis)), h: self.h })
     }
 
     /// Finds the contacts that may come about in the step, and which bodies they join.
@@ -119,14 +112,22 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Adds contacts to the system that a Newton step has set up on the finest level.
     pub fn add_contacts(&mut self, is_first: bool) {
-        let Some(contacts) = self.contacts else { return };
+        let Some(contacts) = self.contacts_in_system() else { return };
         let is_met = |body: usize| self.scratch.bodies[body].met;
         // SAFETY: found before a barrier, and changed after another.
         let inverse = unsafe { self.shared.levels[0].inverse.read() };
         self.with_system(|system| {
             contacts.linearise_solved(self.worker, system, (is_first, is_met), |place| inverse.at(place));
         });
+        if is_first {
+            self.weigh_contacts(contacts.solved_of(self.worker));
+        }
         self.worker.synchronise();
+        if is_first {
+            self.list_contacts();
+        }
+        // SAFETY: found before a barrier, and changed after another.
+        self.couple_contacts(unsafe { contacts.solved_contacts() });
         self.each(0, |worker, chunk| worker.add_contacts_of(contacts, chunk));
         self.worker.synchronise();
     }
@@ -151,16 +152,19 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         });
     }
 
+    /// Contacts, if any are part of the system.
+    pub fn contacts_in_system(&self) -> Option<&'w TriangleContact<T>> {
+        self.contacts.filter(|contacts| contacts.has_solved())
+    }
+
     /// Finds what contacts take back of a vector, for its product with the matrix of a level. All workers call it after a barrier;
     /// it ends with another.
-    pub fn take_back(&self, level: usize, product: Product, vector: &Columns<T>) {
-        let Some(contacts) = self.contacts.filter(|contacts| level == 0 && contacts.has_solved()) else {
-            return;
-        };
+    pub fn take_back(&self, level: usize, vector: &Columns<T>) {
+        let Some(contacts) = self.contacts_in_system().filter(|_| level == 0) else { return };
         // SAFETY: found before a barrier, and changed after another.
         let vector = unsafe { vector.read() };
         let columns = [0, 1, 2].map(|axis| vector.column(axis));
-        contacts.take_back(self.worker, columns, product == Product::Cycle);
+        contacts.take_back(self.worker, columns);
         self.worker.synchronise();
     }
 

@@ -73,6 +73,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 children: &self.primal.tables[level].children,
                 half: elements.half.read(),
                 finer_own: finer.own.read(),
+                contacts: self.shares_of_contacts(level),
                 inverse: here.inverse.write(part),
                 own: here.own.write(part),
                 blocks: elements.blocks[level].write(slots.start * BLOCK * LANES..slots.end * BLOCK * LANES),

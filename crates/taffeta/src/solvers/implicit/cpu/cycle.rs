@@ -24,13 +24,6 @@ enum From {
     T,
 }
 
-/// What a product with the matrix is for.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Product {
-    System,
-    Cycle,
-}
-
 impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
@@ -62,6 +55,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                         inverse: here.inverse.write(part),
                         own: here.own.write(part),
                         blocks: here.blocks.write(slots_of(table, part, COARSE)),
+                        contacts: worker.shares_of_contacts(level),
                     }
                 };
                 worker.worker.nodes.level.run(kernel);
@@ -82,7 +76,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
             return;
         }
         if level + 1 < self.primal.tables.len() {
-            self.take_back(level, Product::Cycle, &self.shared.levels[level].z);
+            self.take_back(level, &self.shared.levels[level].z);
             self.each(level, |worker, chunk| worker.leave(level, chunk));
             self.meet();
             self.each(level + 1, |worker, chunk| worker.restrict(level + 1, chunk));
@@ -95,7 +89,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
             self.settle(level);
             self.meet();
         }
-        self.take_back(level, Product::Cycle, &self.shared.levels[level].z);
+        self.take_back(level, &self.shared.levels[level].z);
         self.each(level, |worker, chunk| worker.smooth(level, &chunk.part, chunk.body, From::Z));
         self.meet();
     }
@@ -114,7 +108,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         let kernel = unsafe {
             Residual::<T, C> {
                 part: chunk.part.clone(),
-                operator: self.operator(level, Product::Cycle, chunk.body),
+                operator: self.operator(level, chunk.body),
                 hold: self.hold(level),
                 right: here.r.read(),
                 vector: here.z.read(),
@@ -151,8 +145,12 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         self.worker.nodes.level.run(kernel);
     }
 
-    /// Bodies that end on a level with few nodes: they are nearly solved there, each by one worker.
-    fn settle(&self, level: usize) {
+    /// Bodies that end on a level with few nodes: they are nearly solved there, each by one worker, or together if contacts join
+    /// them.
+    fn settle(&mut self, level: usize) {
+        if self.contacts_in_system().is_some() {
+            return self.settle_together(level);
+        }
         let table = &self.primal.tables[level];
         for (body, part) in table.bodies.iter().enumerate().filter(|&(body, _)| table.ends[body]) {
             if (self.alone || body % self.worker.workers == self.worker.index) && !self.is_done(body) {
@@ -161,6 +159,19 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                     self.smooth(level, part, body, From::T);
                 }
             }
+        }
+    }
+
+    /// The same on the last level, where contacts join bodies: each step reads what all of them have.
+    fn settle_together(&mut self, level: usize) {
+        if level + 1 < self.primal.tables.len() {
+            return;
+        }
+        for from in [From::Z, From::T].repeat(LAST_PAIRS) {
+            let here = &self.shared.levels[level];
+            self.take_back(level, if from == From::Z { &here.z } else { &here.t });
+            self.each(level, |worker, chunk| worker.smooth(level, &chunk.part, chunk.body, from));
+            self.meet();
         }
     }
 
@@ -200,7 +211,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         let kernel = unsafe {
             Smooth::<T, C> {
                 part: part.clone(),
-                operator: self.operator(level, Product::Cycle, body),
+                operator: self.operator(level, body),
                 inverse: here.inverse.read(),
                 right: here.r.read(),
                 vector: vector.read(),
@@ -210,11 +221,10 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         self.worker.nodes.level.run(kernel);
     }
 
-    /// The matrix of a level, for a product. Bodies of one level are nearly solved one by one: what joins them is no part of
-    /// their cycle.
-    pub fn operator(&self, level: usize, product: Product, body: usize) -> Operator<'_, T> {
-        let in_cycle = product == Product::Cycle;
-        let is_joined = level == 0 && !(in_cycle && self.primal.tables[0].ends[body]);
+    /// The matrix of a level, for a product.
+    pub fn operator(&self, level: usize, body: usize) -> Operator<'_, T> {
+        let contacts = self.contacts_in_system();
+        let coarser = contacts.and(level.checked_sub(1)).map(|level| &self.primal.coarse_contacts[level]);
         let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
         // SAFETY: blocks and diagonals were found before a barrier.
         unsafe {
@@ -225,7 +235,8 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 blocks: here.blocks.read(),
                 own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
                 coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
-                contacts: self.contacts.filter(|_| is_joined).map(TriangleContact::solved_blocks),
+                contacts: contacts.filter(|_| level == 0).map(TriangleContact::solved_blocks),
+                coarse_contacts: coarser.map(|coarser| coarser.blocks()),
             }
         }
     }

@@ -242,6 +242,8 @@ pub(super) struct Coarsen<'a, T> {
     /// Blocks of A P.
     pub(super) half: &'a [Block<T>],
     pub(super) finer_own: View<'a, T>,
+    /// What contacts add to diagonals.
+    pub(super) contacts: Option<View<'a, T>>,
     pub(super) inverse: [&'a mut [T]; 6],
     pub(super) own: [&'a mut [T]; 6],
     pub(super) blocks: &'a mut [T],
@@ -267,7 +269,10 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
             if !groups.is_empty() {
                 put_block(self.blocks, at_slot(groups.start), &whole(&all));
             }
-            let diagonal = add_weighted(own, T::ONE, all);
+            let mut diagonal = add_weighted(own, T::ONE, all);
+            if let Some(contacts) = &self.contacts {
+                diagonal = add_weighted(diagonal, T::ONE, contacts.at(place));
+            }
             let inverse = inverse(&diagonal);
             for one in 0..6 {
                 self.own[one][at] = own[one];

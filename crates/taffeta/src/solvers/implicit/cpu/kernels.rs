@@ -5,6 +5,7 @@ use crate::contact::triangles::cpu::solved::ContactBlocks;
 use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
 use crate::real::{Real, times};
+use crate::solvers::implicit::cpu::coarse_contacts::CoarseBlocks;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::Coupled;
 use crate::solvers::implicit::cpu::tables::PARENTS;
@@ -28,8 +29,9 @@ pub struct Operator<'a, T> {
     pub own: Own<'a, T>,
     /// Blocks of other elements.
     pub coupled: Option<Coupled<'a, T>>,
-    /// Contacts of surfaces.
+    /// Contacts of surfaces, on the finest level and on others.
     pub contacts: Option<ContactBlocks<'a, T>>,
+    pub coarse_contacts: Option<CoarseBlocks<'a, T>>,
 }
 
 /// What is on the diagonal beside edges.
@@ -72,6 +74,9 @@ impl<T: Real> Operator<'_, T> {
         if let Some(contacts) = &self.contacts {
             contacts.add_product(slice, &mut sum);
         }
+        if let Some(contacts) = &self.coarse_contacts {
+            contacts.add_product(slice, vector, &own, &mut sum);
+        }
         (sum, own)
     }
 
@@ -99,7 +104,7 @@ impl<T: Real> Operator<'_, T> {
 
 /// Adds what edges with a block each contribute.
 #[inline(always)]
-fn add_edges<T: Real, const C: usize>(own: &Lanes<T>, other: &Lanes<T>, block: &[T], sum: &mut Lanes<T>) {
+pub fn add_edges<T: Real, const C: usize>(own: &Lanes<T>, other: &Lanes<T>, block: &[T], sum: &mut Lanes<T>) {
     let numbers = block.as_chunks::<LANES>().0;
     if C == FINE {
         let [x, y, z, across] = [&numbers[0], &numbers[1], &numbers[2], &numbers[3]];

@@ -4,6 +4,7 @@
 //! chunk in sixteen lanes, then chunk by chunk.
 
 mod assembled;
+mod coarse_contacts;
 mod columns;
 mod conjugate;
 mod contacts;
@@ -41,6 +42,7 @@ use crate::solvers::implicit::slots::NO_EDGE;
 use crate::solvers::waiting;
 use crate::step::{Marks, Op};
 use crate::topology::LANES;
+use coarse_contacts::CoarseContacts;
 use columns::Columns;
 use contacts::{Joined, Places};
 use elements::ElementBlocks;
@@ -63,6 +65,8 @@ pub struct Implicit<T> {
     /// Other elements that are solved for.
     elements: Option<ElementBlocks<T>>,
     places: Places,
+    /// Contacts of surfaces on coarser levels.
+    coarse_contacts: Vec<CoarseContacts<T>>,
 }
 
 /// A level's vectors and matrix.
@@ -144,6 +148,7 @@ impl<T: Real> Implicit<T> {
         let edges = &tables[0].slots.edge;
         let of = |&edge: &u32| (edge != NO_EDGE).then_some(edge as usize);
         let surfaces = !assembly.colliders().is_empty();
+        let coarser = if assembly.surfaces().is_some() { &tables[1..] } else { &[] };
         Some(Self {
             rest: edges
                 .iter()
@@ -157,6 +162,7 @@ impl<T: Real> Implicit<T> {
             work: Work::new(&tables, surfaces, assembly.solver.is_second_order()),
             elements,
             places: Places::new(&tables[0], workers),
+            coarse_contacts: coarser.iter().map(|table| CoarseContacts::new(table, workers)).collect(),
             tables,
         })
     }
@@ -318,7 +324,13 @@ impl<T: Real> Feature<T> for Implicit<T> {
     fn bytes(&self) -> usize {
         let tables: usize = self.tables.iter().map(Table::bytes).sum();
         let elements = self.elements.as_ref().map_or(0, ElementBlocks::bytes);
-        tables + self.rest.len() * (size_of::<T>() + 4) + self.work.bytes() + elements + self.places.bytes()
+        let contacts: usize = self.coarse_contacts.iter().map(CoarseContacts::bytes).sum();
+        tables
+            + self.rest.len() * (size_of::<T>() + 4)
+            + self.work.bytes()
+            + elements
+            + self.places.bytes()
+            + contacts
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::real::{Real, dot, times};
 use crate::solvers::implicit::cpu::conjugate::CgState;
-use crate::solvers::implicit::cpu::cycle::Product;
 use crate::solvers::implicit::cpu::{ImplicitWorker, Scratch};
 use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
 
@@ -30,7 +29,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 break;
             }
             self.step(step == 1);
-            self.take_back(0, Product::System, &self.shared.x);
+            self.take_back(0, &self.shared.x);
             self.each_of_all(0, |worker, chunk| worker.take(chunk));
             self.note_contacts();
             self.worker.synchronise();

@@ -160,6 +160,8 @@ pub struct Coarsen<'a, T> {
     pub finer: Finer<'a, T>,
     /// What is on the diagonal of the finer level beside edges.
     pub finer_own: View<'a, T>,
+    /// What contacts add to diagonals.
+    pub contacts: Option<View<'a, T>>,
     pub inverse: [&'a mut [T]; 6],
     pub own: [&'a mut [T]; 6],
     pub blocks: &'a mut [T],
@@ -182,6 +184,9 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
                         diagonal[one] += block[one];
                         self.blocks[((group - start) * COARSE + one) * LANES + lane] = block[one];
                     }
+                }
+                if let Some(contacts) = &self.contacts {
+                    diagonal = add_weighted(diagonal, T::ONE, contacts.at(first + lane));
                 }
                 let (at, inverse) = (first - self.part.start + lane, inverse(&diagonal));
                 for one in 0..6 {
