@@ -82,6 +82,9 @@ struct Row<T> {
     share: Symmetric<T>,
 }
 
+/// By place of a level: which of a row's blocks may be the one with it.
+struct Found(Vec<u32>);
+
 impl<T: Real> CoarseContacts<T> {
     /// Those of a level, for so many workers.
     pub fn new(table: &Table<T>, workers: usize) -> Self {
@@ -201,6 +204,7 @@ impl<T: Real> Row<T> {
         parts: &[Part<T>],
         contacts: &[Vec<SolvedContact<T>>],
         weights: &[Weights<T>],
+        found: &mut Found,
     ) {
         self.blocks.clear();
         self.share = [T::ZERO; 6];
@@ -213,15 +217,19 @@ impl<T: Real> Row<T> {
             let block = one.block();
             self.share = add_weighted(self.share, part.weight.abs(), block);
             for &(other, weight) in weights[worker].of(number).iter().filter(|one| one.0 as usize != place) {
-                self.add(other, -part.weight * weight, block);
+                self.add(found, other, -part.weight * weight, block);
             }
         }
     }
 
-    fn add(&mut self, other: u32, by: T, block: Symmetric<T>) {
-        match self.blocks.iter_mut().find(|one| one.0 == other) {
-            Some((_, sum)) => *sum = add_weighted(*sum, by, block),
-            None => self.blocks.push((other, add_weighted([T::ZERO; 6], by, block))),
+    fn add(&mut self, found: &mut Found, other: u32, by: T, block: Symmetric<T>) {
+        let at = &mut found.0[other as usize];
+        match self.blocks.get_mut(*at as usize) {
+            Some((place, sum)) if *place == other => *sum = add_weighted(*sum, by, block),
+            _ => {
+                *at = self.blocks.len() as u32;
+                self.blocks.push((other, add_weighted([T::ZERO; 6], by, block)));
+            }
         }
     }
 }
@@ -300,16 +308,17 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 (lists.0, lists.1, lists.2, coarse.shares.write::<6>(&places))
             };
             groups.clear();
-            let mut found: [Row<T>; LANES] = from_fn(|_| Row::default());
+            let mut of_slice: [Row<T>; LANES] = from_fn(|_| Row::default());
+            let mut found = Found(vec![0; self.primal.tables[level].places]);
             for first in places.clone().step_by(LANES) {
-                for (lane, row) in found.iter_mut().enumerate() {
+                for (lane, row) in of_slice.iter_mut().enumerate() {
                     let at = first - places.start + lane;
-                    row.couple(first + lane, rows.of(at), contacts, weights);
+                    row.couple(first + lane, rows.of(at), contacts, weights, &mut found);
                     (0..6).for_each(|one| shares[one][at] = row.share[one]);
                 }
                 let start = groups.len() as u32;
-                let most = found.iter().map(|row| row.blocks.len()).max().unwrap_or(0);
-                groups.extend((0..most).map(|rank| Group::of(first, &found, rank)));
+                let most = of_slice.iter().map(|row| row.blocks.len()).max().unwrap_or(0);
+                groups.extend((0..most).map(|rank| Group::of(first, &of_slice, rank)));
                 // SAFETY: as above.
                 *unsafe { coarse.slices.item(first / LANES) } =
                     Slice { worker: self.worker.index as u32, groups: [start, groups.len() as u32] };
@@ -394,7 +403,8 @@ mod tests {
             rows.list(&(0..places), std::slice::from_ref(&weights));
             let of_row = |place: usize| {
                 let mut row = Row::default();
-                row.couple(place, rows.of(place), &all, std::slice::from_ref(&weights));
+                let mut found = Found(vec![0; places]);
+                row.couple(place, rows.of(place), &all, std::slice::from_ref(&weights), &mut found);
                 row
             };
             let energy = |coarse: &[[f64; 3]]| -> f64 {
@@ -439,13 +449,13 @@ mod tests {
             contacts.iter().map(|one| one.nodes.into_iter().zip(one.weights).collect()).collect();
         let places = tables[1].places;
         let blocks = |cut: usize, share: Range<usize>| {
-            let found = [contacts[..cut].to_vec(), contacts[cut..].to_vec()];
+            let all = [contacts[..cut].to_vec(), contacts[cut..].to_vec()];
             let weights = [&nodes[..cut], &nodes[cut..]].map(|nodes| weights_of(&tables[0], nodes));
             let mut rows = Rows::default();
             rows.list(&share, &weights);
             let of_row = |place: usize| {
                 let mut row = Row::default();
-                row.couple(place, rows.of(place - share.start), &found, &weights);
+                row.couple(place, rows.of(place - share.start), &all, &weights, &mut Found(vec![0; places]));
                 (row.blocks, row.share)
             };
             share.clone().map(of_row).collect::<Vec<_>>()
