@@ -198,8 +198,10 @@ pub trait Backend: Send + Sync {
     fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }
-    /// Number of workers on the CPU.
+    /// Number of threads on the CPU.
     fn threads(&self) -> usize;
+    /// Has at most so many of them work from now on.
+    fn limit_threads(&mut self, _most: usize) {}
     /// The device.
     fn device(&self) -> Device;
     /// A hint that the device, rather than the scene, may have made a run fail.

@@ -480,9 +480,25 @@ impl Simulation {
         self.precision
     }
 
-    /// Worker threads in use.
+    /// Worker threads. Fewer of them work while other programs need the cores.
     pub fn threads(&self) -> usize {
         self.backend.threads()
+    }
+
+    /// Has at most `most` threads work from now on: at least one, and never more than at the start. No result depends on it. On a
+    /// GPU it does nothing.
+    ///
+    /// ```
+    /// # use taffeta::{Options, Simulation, scene::{Body, Mass, Mesh, Scene}};
+    /// # let cloth = Body::cloth("cloth", Mesh::grid(4, 4, [1.0, 1.0])).with_mass(Mass::Node(0.1)).structural(9.0, 0.1);
+    /// # let mut simulation = Simulation::new(&Scene::new("").body(cloth), &Options::default()).unwrap();
+    /// // While a level loads, the game needs its cores itself.
+    /// simulation.limit_threads(1);
+    /// simulation.step().unwrap();
+    /// simulation.limit_threads(simulation.threads());
+    /// ```
+    pub fn limit_threads(&mut self, most: usize) {
+        self.backend.limit_threads(most);
     }
 
     /// The device in words: `cpu, 2 threads, avx512`.

@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
+use crate::cpu::attendance::Attendance;
 use crate::cpu::balance::Balance;
 use crate::cpu::clock::Clock;
 use crate::cpu::column::Column;
@@ -68,6 +69,7 @@ pub struct CpuBackend<T> {
     scratch: PerWorker<Scratch<T>>,
     pub(crate) input: FrameInput,
     balance: Balance,
+    attendance: Attendance,
     sums: FrameSums,
     /// Whether the next frame is timed by stages, and the times [s] of the last timed frame.
     is_timed: bool,
@@ -99,6 +101,7 @@ impl<T: Real> CpuBackend<T> {
             marks: nodes.tiles.iter().map(marks).collect::<Vec<_>>().into(),
             scratch: PerWorker::new(workers, |_| Scratch::new(largest)),
             balance: Balance::new(workers, clock.elapsed().as_secs_f64()),
+            attendance: Attendance::new(workers),
             program: Program::new(&lists[0], &lists[1]),
             #[cfg(feature = "gpu")]
             parts: *parts,
@@ -129,9 +132,28 @@ impl<T: Real> CpuBackend<T> {
         for feature in self.features.iter_mut() {
             feature.measure(state, substeps.len(), &mut self.sums);
         }
-        if !substeps.is_empty() {
+        let workers = self.attendance.after(seconds, substeps.len(), self.team.waited());
+        if let Some(workers) = workers {
+            self.set_workers(workers);
+        } else if !substeps.is_empty() {
             self.balance(seconds);
         }
+    }
+
+    /// Has so many workers from now on, at most one on each thread.
+    pub(crate) fn set_workers(&mut self, workers: usize) {
+        let start = Instant::now();
+        self.team.set_workers(workers);
+        let workers = self.team.workers();
+        self.redistribute(tiles::chunks_by_nodes(&self.nodes.tiles, workers));
+        self.balance = Balance::new(workers, start.elapsed().as_secs_f64());
+    }
+
+    fn redistribute(&mut self, chunks: Vec<Range<usize>>) {
+        for feature in self.features.iter_mut() {
+            feature.redistribute(&self.assembly, &self.nodes.tiles, &chunks);
+        }
+        self.chunks = chunks;
     }
 
     /// Redistributes tiles if workers were busy unevenly in a frame of `seconds`. No result depends on who computes
@@ -141,12 +163,8 @@ impl<T: Real> CpuBackend<T> {
             return;
         }
         let start = Instant::now();
-        let tiles = &self.nodes.tiles;
-        let Some(chunks) = self.balance.after(seconds, tiles, &self.chunks) else { return };
-        for feature in self.features.iter_mut() {
-            feature.redistribute(&self.assembly, tiles, &chunks);
-        }
-        self.chunks = chunks;
+        let Some(chunks) = self.balance.after(seconds, &self.nodes.tiles, &self.chunks) else { return };
+        self.redistribute(chunks);
         self.balance.set_cost(start.elapsed().as_secs_f64());
     }
 
@@ -292,6 +310,11 @@ impl<T: Real> Backend for CpuBackend<T> {
 
     fn threads(&self) -> usize {
         self.team.threads()
+    }
+
+    fn limit_threads(&mut self, most: usize) {
+        let workers = self.attendance.limit(most.clamp(1, self.team.threads()));
+        self.set_workers(workers);
     }
 
     fn device(&self) -> Device {

@@ -70,7 +70,7 @@ pub trait Feature<T: Real>: Any + Send + Sync {
         false
     }
 
-    /// Called when workers have got other chunks of tiles.
+    /// Called when workers have got other chunks of tiles, or when there is another number of them: never more than at the start.
     fn redistribute(&mut self, _assembly: &Assembly, _tiles: &[TilePlan], _chunks: &[Range<usize>]) {}
 
     /// Adds its state between sub-steps.

@@ -1,5 +1,6 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
+pub mod attendance;
 pub mod backend;
 pub mod balance;
 #[cfg(feature = "gpu")]

@@ -142,10 +142,10 @@ fn calls(parts: &Parts, threads: usize) -> (Vec<Call>, Vec<usize>) {
     let mut cpu =
         CpuBackend::<f32>::new(scene(), parts, |_, _, _| {}, threads, |_| Ok(vec![Box::new(recorder)]))
             .expect("a backend");
-    cpu.frame(0.0, FrameInput::default()).expect("a frame");
     assert_eq!(cpu.nodes.tiles.len(), BODIES, "a tile a body");
     let worker = |tile| cpu.chunks.iter().position(|chunk| chunk.contains(&tile)).expect("a worker");
     let workers = (0..BODIES).map(worker).collect();
+    cpu.frame(0.0, FrameInput::default()).expect("a frame");
     let found = calls.lock().expect("calls").clone();
     (found, workers)
 }

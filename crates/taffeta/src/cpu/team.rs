@@ -2,8 +2,9 @@
 //!
 //! A sub-step of a small cloth lasts tens of microseconds. Starting tasks for it would take longer.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Worker threads, which wait between frames.
 pub struct Team {
@@ -27,33 +28,58 @@ impl Team {
         Self { threads, pool, barrier: Barrier::new(threads) }
     }
 
-    /// Number of workers.
+    /// Number of threads.
     pub fn threads(&self) -> usize {
         self.threads
+    }
+
+    /// Number of workers, at most one on each thread.
+    pub fn workers(&self) -> usize {
+        self.barrier.workers
+    }
+
+    /// Has so many workers from now on, at least one and at most as many as there are threads.
+    pub fn set_workers(&mut self, workers: usize) {
+        self.barrier = Barrier::new(workers.clamp(1, self.threads));
     }
 
     /// Runs `work(worker, barrier)` on every worker at once and waits for all.
     pub fn run<'t>(&'t self, work: impl Fn(usize, &'t Barrier) + Sync) {
         let barrier = &self.barrier;
         barrier.mend();
+        let work = |worker: usize| {
+            let guard = BreakOnPanic(barrier);
+            work(worker, barrier);
+            drop(guard);
+        };
         match &self.pool {
-            Some(pool) => {
-                pool.broadcast(|context| {
-                    let guard = BreakOnPanic(barrier);
-                    work(context.index(), barrier);
-                    drop(guard);
-                });
+            // Each on the thread that it was on before: that has its data at hand.
+            Some(pool) if self.workers() == self.threads => {
+                pool.broadcast(|context| work(context.index()));
             }
-            None => work(0, barrier),
+            // Threads that have no worker are not woken.
+            Some(pool) => pool.in_place_scope(|scope| {
+                (1..self.workers()).for_each(|worker| scope.spawn(move |_| work(worker)));
+                work(0);
+            }),
+            None => work(0),
         }
+    }
+
+    /// How long workers have waited past what they spin since they were asked last, all together [s].
+    pub fn waited(&self) -> f64 {
+        Duration::from_nanos(self.barrier.waited.swap(0, Ordering::Relaxed)).as_secs_f64()
     }
 }
 
-/// Times that a waiting worker looks before it yields to other programs, where each worker may have a core of its own.
+/// Times that a waiting worker looks before it lets other programs pass, where each worker may have a core of its own: some 50 µs.
 const SPINS: u32 = 4096;
 
-/// The barrier of a team. It spins briefly, then yields to other programs. It has cache lines of its own: what workers read
-/// all the time must not share one with what each arrival writes.
+/// How long it then lets other programs pass before it sleeps: waking it takes longer than most waits.
+const NAP: Duration = Duration::from_millis(1);
+
+/// The barrier of a team. It spins briefly, lets other programs pass, and then sleeps. It has cache lines of its own: what
+/// workers read all the time must not share one with what each arrival writes.
 #[repr(align(128))]
 pub struct Barrier {
     workers: usize,
@@ -61,6 +87,12 @@ pub struct Barrier {
     arrived: AtomicUsize,
     generation: AtomicUsize,
     broken: AtomicBool,
+    /// How many sleep, or are about to.
+    sleepers: AtomicUsize,
+    bed: Mutex<()>,
+    bell: Condvar,
+    /// How long all have waited past what they spin [ns].
+    waited: AtomicU64,
 }
 
 impl Barrier {
@@ -73,6 +105,10 @@ impl Barrier {
             arrived: AtomicUsize::new(0),
             generation: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
+            sleepers: AtomicUsize::new(0),
+            bed: Mutex::new(()),
+            bell: Condvar::new(),
+            waited: AtomicU64::new(0),
         }
     }
 
@@ -80,6 +116,7 @@ impl Barrier {
     fn mend(&self) {
         self.arrived.store(0, Ordering::Relaxed);
         self.broken.store(false, Ordering::Relaxed);
+        self.sleepers.store(0, Ordering::Relaxed);
     }
 
     /// As [`Self::wait`]; returns how long that took [s].
@@ -97,18 +134,60 @@ impl Barrier {
         let generation = self.generation.load(Ordering::Acquire);
         if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.workers {
             self.arrived.store(0, Ordering::Relaxed);
-            self.generation.store(generation.wrapping_add(1), Ordering::Release);
+            self.generation.store(generation.wrapping_add(1), Ordering::SeqCst);
+            self.wake();
             return;
         }
-        let mut spins = 0_u32;
-        while self.generation.load(Ordering::Acquire) == generation {
-            assert!(!self.broken.load(Ordering::Relaxed), "another worker of the team panicked");
-            spins += 1;
-            if spins < self.spins {
-                std::hint::spin_loop();
-            } else {
-                std::thread::yield_now();
+        for _ in 0..self.spins {
+            if self.is_over(generation) {
+                return;
             }
+            std::hint::spin_loop();
+        }
+        let start = Instant::now();
+        while start.elapsed() < NAP {
+            if self.is_over(generation) {
+                self.note_wait(start);
+                return;
+            }
+            std::thread::yield_now();
+        }
+        self.sleep(generation);
+        self.note_wait(start);
+    }
+
+    #[cold]
+    fn note_wait(&self, since: Instant) {
+        let waited = u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        self.waited.fetch_add(waited, Ordering::Relaxed);
+    }
+
+    /// Whether all have arrived.
+    fn is_over(&self, generation: usize) -> bool {
+        assert!(!self.broken.load(Ordering::SeqCst), "another worker of the team panicked");
+        self.generation.load(Ordering::SeqCst) != generation
+    }
+
+    /// Sleeps until all have arrived.
+    #[cold]
+    fn sleep(&self, generation: usize) {
+        // Whoever ends the wait looks for sleepers after it has written that, and this looks for that after it is one of them: one
+        // of both sees the other.
+        self.sleepers.fetch_add(1, Ordering::SeqCst);
+        let mut bed = self.bed.lock().unwrap_or_else(PoisonError::into_inner);
+        while !self.is_over(generation) {
+            bed = self.bell.wait(bed).unwrap_or_else(PoisonError::into_inner);
+        }
+        drop(bed);
+        self.sleepers.fetch_sub(1, Ordering::SeqCst);
+    }
+
+    /// Wakes those that sleep.
+    fn wake(&self) {
+        if self.sleepers.load(Ordering::SeqCst) > 0 {
+            // Whoever has the lock and has not seen it sleeps before this has it.
+            drop(self.bed.lock().unwrap_or_else(PoisonError::into_inner));
+            self.bell.notify_all();
         }
     }
 }
@@ -119,7 +198,8 @@ struct BreakOnPanic<'a>(&'a Barrier);
 impl Drop for BreakOnPanic<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.broken.store(true, Ordering::Relaxed);
+            self.0.broken.store(true, Ordering::SeqCst);
+            self.0.wake();
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::Shared;
 use crate::cpu::tile::Tile;
+use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
 use crate::elements::aero::{self, cpu::AeroTriangles};
 use crate::elements::bending::{self, bending::ShapeOperator};
@@ -59,21 +60,25 @@ impl<T: Real> Elements<T> {
         let mut all = Self {
             sets: of(false),
             solved: of(true),
-            slices: vec![Vec::new(); context.workers()],
+            slices: Vec::new(),
             is_summed: vec![false; assembly.places.div_ceil(LANES)],
             sums: [(); 3].map(|()| Vec::new().into()),
         };
+        all.share_slices(context.workers());
         if !all.sets.is_empty() {
-            all.share_slices();
             all.sums = [(); 3].map(|()| Column::zeros(LANES * all.is_summed.len()).into());
         }
         let any = all.all().next().is_some();
         any.then_some(all)
     }
 
-    /// Finds which worker can add up the forces on each slice.
-    fn share_slices(&mut self) {
-        let workers = self.slices.len();
+    /// Finds which of so many workers can add up the forces on each slice.
+    fn share_slices(&mut self, workers: usize) {
+        self.slices = vec![Vec::new(); workers];
+        self.is_summed.fill(false);
+        if self.sets.is_empty() {
+            return;
+        }
         for slice in 0..self.is_summed.len() {
             let within = |worker: usize| {
                 self.sets.iter().all(|set| {
@@ -167,6 +172,12 @@ fn part(count: usize, worker: usize, workers: usize) -> Range<usize> {
 }
 
 impl<T: Real> Feature<T> for Elements<T> {
+    fn redistribute(&mut self, _: &Assembly, _: &[TilePlan], chunks: &[Range<usize>]) {
+        if chunks.len() != self.slices.len() {
+            self.share_slices(chunks.len());
+        }
+    }
+
     fn ops(&self) -> &'static [Op] {
         &[Op::Elements, Op::Gather]
     }

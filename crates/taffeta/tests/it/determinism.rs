@@ -4,7 +4,8 @@ use crate::common::{build_as, levels, positions, run, turned};
 use std::collections::BTreeMap;
 use taffeta::Precision;
 use taffeta::scene::{
-    Body, Collider, Cube, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque,
+    Body, Collider, ConstraintForm, Cube, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Method, Scene,
+    Select, Torque, VolumeForm,
 };
 
 fn cloth(name: &str, mesh: Mesh) -> Body {
@@ -61,6 +62,50 @@ fn hash(scene: &Scene, precision: Precision, threads: usize) -> (u64, String) {
 
 fn scenes() -> [Scene; 3] {
     [wide(), twisted(), contact()]
+}
+
+/// Scenes with whatever threads share.
+fn shared() -> Vec<Scene> {
+    let soft = |form: ConstraintForm, method: Method| {
+        let body = cloth("sheet", Mesh::grid(40, 41, [2.0, 2.0])).shear(50.0, 0.02).pin(Select::rows(0, 0));
+        let beside = cloth("beside", Mesh::grid(30, 30, [1.0, 1.0])).shear(50.0, 0.02).at([0.0, -0.6, 0.0]);
+        let floor = Collider::sphere([0.0, -1.2, 0.0], 0.5);
+        let mut scene = Scene::new(format!("{form:?} {method:?}")).body(body).body(beside).collider(floor);
+        scene.solver.ice.form = form;
+        scene.method(method)
+    };
+    let mut nodes = contact();
+    nodes.title = "nodes".into();
+    nodes.bodies[0] = nodes.bodies[0].clone().collide_nodes(0.02);
+    nodes.bodies[2] = nodes.bodies[2].clone().collide_nodes(0.02);
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.3, subdivisions: 4 });
+    let ball =
+        Body::soft("ball", ball).with_mass(Mass::Node(0.02)).structural(90.0, 0.05).at([0.0, 0.5, 0.0]);
+    let full = Scene::new("volume")
+        .body(ball.keep_volume(VolumeForm::Projected))
+        .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]));
+    let mut all = vec![nodes, full];
+    all.extend(scenes());
+    all.push(soft(ConstraintForm::Primal, Method::Ice));
+    all.push(soft(ConstraintForm::Compliant, Method::Ice));
+    all.push(soft(ConstraintForm::Compliant, Method::Acad));
+    all
+}
+
+#[test]
+fn the_number_of_threads_may_change_between_frames() {
+    for scene in shared() {
+        let hash = |counts: &[usize]| {
+            let mut simulation = build_as(&scene.clone().time(0.01, 0.003), Precision::F32, 3);
+            simulation.disturb(0.002, 11);
+            for frame in 0..12 {
+                simulation.limit_threads(counts[frame % counts.len()]);
+                run(&mut simulation, 1);
+            }
+            simulation.state_hash()
+        };
+        assert_eq!(hash(&[1, 3, 3, 2, 2]), hash(&[1]), "{}", scene.title);
+    }
 }
 
 #[test]

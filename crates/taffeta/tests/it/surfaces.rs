@@ -397,6 +397,21 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
+fn the_number_of_threads_may_change_between_frames() {
+    for scene in [mixed(), solved()] {
+        let hash = |counts: &[usize]| {
+            let mut simulation = build_as(&scene, Precision::F32, 3);
+            for frame in 0..15 {
+                simulation.limit_threads(counts[frame % counts.len()]);
+                run(&mut simulation, 1);
+            }
+            (simulation.state_hash(), simulation.report().pairs, simulation.report().nearest_pair)
+        };
+        assert_eq!(hash(&[1, 3, 3, 2, 2]), hash(&[1]), "{}", scene.title);
+    }
+}
+
+#[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn hashes_of_surfaces() {
     for scene in [mixed(), solved()] {

@@ -195,6 +195,7 @@ impl<T: Real> TriangleContact<T> {
                     .into()
             })
         };
+        let solved_places = if context.assembly.solver.is_primal() { places } else { 0 };
         let mut all = Self {
             longest: T::from_f64(context.assembly.time.longest_step()),
             tile_of: vec![0; places],
@@ -204,7 +205,7 @@ impl<T: Real> TriangleContact<T> {
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
             pushes: vec![Vec::new(); 2 * workers * workers].into(),
-            solved: Solved::new(workers, if context.assembly.solver.is_primal() { places } else { 0 }),
+            solved: Solved::new(workers, solved_places),
             counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
             held: atomics(places, 0),
@@ -222,6 +223,24 @@ impl<T: Real> TriangleContact<T> {
         };
         all.share(&context.nodes.tiles, context.chunks);
         Some(all)
+    }
+
+    /// Has so many workers from now on: what they have is shared anew.
+    fn set_workers(&mut self, workers: usize) {
+        let places = self.surfaces.places;
+        let mut state = SolverState::default();
+        self.save(&mut state);
+        self.leaves = Leaves::new(&self.surfaces, workers);
+        self.mail = Mail::new(workers);
+        self.pushes = vec![Vec::new(); 2 * workers * workers].into();
+        self.solved = self.solved.again(workers);
+        self.motion = vec![Motion::default(); workers].into();
+        self.found = vec![Found::default(); workers].into();
+        self.scratch = PerWorker::new(workers, |_| Scratch::new(places));
+        // Stamps start again.
+        self.held = atomics(places, 0);
+        self.marks = atomics(self.surfaces.leaves.len(), 0);
+        self.load(&state);
     }
 
     /// Notes who has which tile.
@@ -336,6 +355,9 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn redistribute(&mut self, _: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
+        if chunks.len() != self.found.len() {
+            self.set_workers(chunks.len());
+        }
         self.share(tiles, chunks);
         self.counts.get_mut().fill(0);
         for scratch in self.scratch.iter_mut() {

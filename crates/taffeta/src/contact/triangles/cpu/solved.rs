@@ -97,6 +97,11 @@ impl<T: Real> Solved<T> {
         }
     }
 
+    /// For another number of workers.
+    pub fn again(&self, workers: usize) -> Self {
+        Self::new(workers, self.slices.len() * LANES)
+    }
+
     /// Bytes that it takes, but for its lists.
     pub fn bytes(&self) -> usize {
         self.slices.bytes()

@@ -88,13 +88,22 @@ struct Found(Vec<u32>);
 impl<T: Real> CoarseContacts<T> {
     /// Those of a level, for so many workers.
     pub fn new(table: &Table<T>, workers: usize) -> Self {
-        Self {
-            weights: vec![Weights::default(); workers].into(),
-            rows: vec![Rows::default(); workers].into(),
-            groups: vec![Vec::new(); workers].into(),
+        let mut all = Self {
+            weights: Shared::default(),
+            rows: Shared::default(),
+            groups: Shared::default(),
             slices: vec![Slice::default(); table.places.div_ceil(LANES)].into(),
             shares: Columns::new(6, table.places, 0),
-        }
+        };
+        all.share(workers);
+        all
+    }
+
+    /// Has so many workers from the next sub-step on.
+    pub fn share(&mut self, workers: usize) {
+        self.weights = vec![Weights::default(); workers].into();
+        self.rows = vec![Rows::default(); workers].into();
+        self.groups = vec![Vec::new(); workers].into();
     }
 
     /// Bytes that it takes, but for its lists.

@@ -32,6 +32,11 @@ impl Places {
         Self { shares: shares.collect(), bodies }
     }
 
+    /// How many workers share the level.
+    pub fn workers(&self) -> usize {
+        self.shares.len()
+    }
+
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
         4 * (self.bodies.len() + self.shares.len())

@@ -19,6 +19,7 @@ mod setup;
 mod tables;
 mod tile;
 
+use crate::assembly::Assembly;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
@@ -47,6 +48,7 @@ use columns::Columns;
 use contacts::{Joined, Places};
 use elements::ElementBlocks;
 use kernels::{COARSE, FINE};
+use std::ops::Range;
 use tables::Table;
 
 /// Springs that are integrated implicitly.
@@ -311,6 +313,14 @@ impl<T: Real> Feature<T> for Implicit<T> {
                     columns.set(axis, place, T::from_f64(number));
                 }
             }
+        }
+    }
+
+    fn redistribute(&mut self, _: &Assembly, _: &[TilePlan], chunks: &[Range<usize>]) {
+        let workers = chunks.len();
+        if workers != self.places.workers() {
+            self.places = Places::new(&self.tables[0], workers);
+            self.coarse_contacts.iter_mut().for_each(|coarse| coarse.share(workers));
         }
     }
 
