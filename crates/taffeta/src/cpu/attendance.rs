@@ -80,14 +80,16 @@ impl Attendance {
         }
     }
 
-    /// Has at most so many workers from now on. Returns how many there are to be.
-    pub fn limit(&mut self, most: usize) -> usize {
-        *self = Self::new(most);
-        most
+    /// Has at most so many workers from now on. Returns how many there are to be, where that is another limit than before.
+    pub fn limit(&mut self, most: usize) -> Option<usize> {
+        (most != self.most).then(|| {
+            *self = Self::new(most);
+            most
+        })
     }
 
-    /// Notes a frame of `seconds` with so many sub-steps, in which workers have `waited` past what they spin [s]. Returns how many there are to be, where
-    /// that changes.
+    /// Notes a frame of `seconds` with so many sub-steps, in which workers have `waited` past what they spin [s]. Returns how many
+    /// there are to be, where that changes.
     pub fn after(&mut self, seconds: f64, substeps: usize, waited: f64) -> Option<usize> {
         if self.most == 1 || substeps == 0 || std::mem::take(&mut self.is_new) {
             return None;

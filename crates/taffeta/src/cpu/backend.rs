@@ -313,8 +313,9 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn limit_threads(&mut self, most: usize) {
-        let workers = self.attendance.limit(most.clamp(1, self.team.threads()));
-        self.set_workers(workers);
+        if let Some(workers) = self.attendance.limit(most.clamp(1, self.team.threads())) {
+            self.set_workers(workers);
+        }
     }
 
     fn device(&self) -> Device {

@@ -224,6 +224,45 @@ mod tests {
         }
     }
 
+    /// Keeps a core for longer than others wait awake.
+    fn be_late() {
+        let start = Instant::now();
+        while start.elapsed() < 3 * NAP {
+            std::hint::spin_loop();
+        }
+    }
+
+    #[test]
+    fn those_that_sleep_are_woken_by_the_last_that_arrives() {
+        let team = Team::new(3);
+        let count = AtomicUsize::new(0);
+        for late in 0..3 {
+            team.run(|worker, barrier| {
+                if worker == late {
+                    be_late();
+                }
+                count.fetch_add(1, Ordering::Relaxed);
+                barrier.wait();
+                assert_eq!(count.load(Ordering::Relaxed), 3 * (late + 1));
+            });
+            // Two have waited; one that has come late itself on a busy machine may have waited less.
+            assert!(team.waited() > NAP.as_secs_f64());
+            assert_eq!(team.waited(), 0.0);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "panicked")]
+    fn those_that_sleep_are_woken_by_a_panic() {
+        Team::new(2).run(|worker, barrier| {
+            if worker == 1 {
+                be_late();
+                panic!("worker 1 panicked on purpose");
+            }
+            barrier.wait();
+        });
+    }
+
     #[test]
     #[should_panic(expected = "panicked")]
     fn a_panic_in_one_worker_ends_the_frame_for_all() {

@@ -26,7 +26,7 @@ pub const NEW: f64 = 0.125;
 pub const STIFF: f64 = 256.0;
 
 /// A contact that may come about in a sub-step.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SolvedContact<T> {
     /// Its nodes by place, and their weights: the relative velocity of its sides is Σ w v.
     pub nodes: [u32; 4],
@@ -194,16 +194,9 @@ mod tests {
             weights: [1.0, -third, -third, -third],
             normal: [0.0, 1.0, 0.0],
             gap,
-            lead: 0.0,
             friction: 0.5,
             first,
-            body: 0,
-            stiffness: 0.0,
-            impulse: [0.0; 3],
-            along: 0.0,
-            across: 0.0,
-            applied: [0.0; 3],
-            is_held: false,
+            ..SolvedContact::default()
         };
         one.stiffen(|node| of_mass(if node == 0 { 1.0 } else { 3.0 }));
         one

@@ -225,7 +225,7 @@ impl<T: Real> TriangleContact<T> {
         Some(all)
     }
 
-    /// Has so many workers from now on: what they have is shared anew.
+    /// Has so many workers from now on, and shares what they have again.
     fn set_workers(&mut self, workers: usize) {
         let places = self.surfaces.places;
         let mut state = SolverState::default();

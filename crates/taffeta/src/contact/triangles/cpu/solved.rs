@@ -219,12 +219,7 @@ impl<T: Real> TriangleContact<T> {
             friction: one.contact.friction,
             first: scale(one.carried.force, system.h),
             body: NO_BODY,
-            stiffness: T::ZERO,
-            impulse: [T::ZERO; 3],
-            along: T::ZERO,
-            across: T::ZERO,
-            applied: [T::ZERO; 3],
-            is_held: false,
+            ..SolvedContact::default()
         }));
         self.send_rows(worker, system);
         worker.synchronise();

@@ -307,7 +307,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// Finds the blocks of contacts between the nodes of its share of coarser levels and others, and what they add to diagonals.
-    pub fn couple_contacts(&self, contacts: &[Vec<SolvedContact<T>>]) {
+    pub fn couple_contacts(&self) {
+        let Some(contacts) = self.contacts_in_system() else { return };
+        // SAFETY: found before a barrier, and changed after another.
+        let contacts = unsafe { contacts.solved_contacts() };
         for (level, coarse) in (1..).zip(&self.primal.coarse_contacts) {
             let places = self.share_of(level);
             // SAFETY: weights and contacts were found before a barrier; its own rows, groups, slices and places.
@@ -366,27 +369,11 @@ mod tests {
                 let across = [1.0, f64::from(any(9)), -f64::from(any(5))];
                 let normal = scale(across, 1.0 / norm(across));
                 let weights = [-0.5, -0.25, -0.25, 1.0];
-                SolvedContact { nodes, weights, normal, along: 1.0 + f64::from(any(3)), ..NONE }
+                let along = 1.0 + f64::from(any(3));
+                SolvedContact { nodes, weights, normal, along, across: 0.3, ..SolvedContact::default() }
             })
             .collect()
     }
-
-    const NONE: SolvedContact<f64> = SolvedContact {
-        nodes: [0; 4],
-        weights: [0.0; 4],
-        normal: [0.0; 3],
-        gap: 0.0,
-        lead: 0.0,
-        friction: 0.0,
-        first: [0.0; 3],
-        body: 0,
-        stiffness: 1.0,
-        impulse: [0.0; 3],
-        along: 0.0,
-        across: 0.3,
-        applied: [0.0; 3],
-        is_held: false,
-    };
 
     fn weights_of(table: &Table<f64>, finer: &[Vec<(u32, f64)>]) -> Weights<f64> {
         let mut weights = Weights::default();

@@ -131,8 +131,6 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
         if is_first {
             self.list_contacts();
         }
-        // SAFETY: found before a barrier, and changed after another.
-        self.couple_contacts(unsafe { contacts.solved_contacts() });
         self.each(0, |worker, chunk| worker.add_contacts_of(contacts, chunk));
         self.worker.synchronise();
     }

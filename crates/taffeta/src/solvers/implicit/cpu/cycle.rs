@@ -28,6 +28,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
         let primal = self.primal;
+        self.couple_contacts();
         for level in 1..primal.tables.len() {
             if primal.elements.is_some() {
                 self.each(level - 1, |worker, chunk| {
