@@ -2,8 +2,10 @@
 
 use crate::common::{build, build_as, farthest, near, norm, positions, run, scale, sub, turned};
 use crate::gpu::on_gpu;
+use std::ops::Range;
 use taffeta::scene::{
-    Body, Collider, ConstraintForm, ContactForm, Keyframe, Mass, Mesh, Method, Scene, Select, SelfCollision,
+    Body, Collider, ConstraintForm, ContactForm, Keyframe, Mass, Material, Mesh, Method, Scene, Select,
+    SelfCollision,
 };
 use taffeta::{Precision, Simulation};
 
@@ -61,9 +63,9 @@ fn a_patch_slides_down_a_slope_with_g_sine_less_mu_cosine() {
 }
 
 /// The mean way of a body's nodes along x and y [m].
-fn mean_way(simulation: &Simulation, start: &[[f64; 3]], first: usize) -> [f64; 2] {
-    let all = positions(simulation);
-    [0, 1].map(|axis| (first..first + 20).map(|node| all[node][axis] - start[node][axis]).sum::<f64>() / 20.0)
+fn mean_way(simulation: &Simulation, start: &[[f64; 3]], nodes: Range<usize>) -> [f64; 2] {
+    let (all, count) = (positions(simulation), nodes.len() as f64);
+    [0, 1].map(|axis| nodes.clone().map(|node| all[node][axis] - start[node][axis]).sum::<f64>() / count)
 }
 
 #[test]
@@ -85,7 +87,7 @@ fn a_pair_has_the_friction_that_the_scene_gives_it() {
             let start = positions(&simulation);
             run(&mut simulation, 50);
             let [stuck, slid] = [0, 20].map(|first| {
-                let [x, y] = mean_way(&simulation, &start, first);
+                let [x, y] = mean_way(&simulation, &start, first..first + 20);
                 x * cos - y * sin
             });
             // After half a second.
@@ -119,11 +121,44 @@ fn two_bodies_have_the_friction_that_the_scene_gives_them() {
         let mut simulation = build(&scene);
         let start = positions(&simulation);
         run(&mut simulation, 50);
-        let [way, fall] = mean_way(&simulation, &start, 0);
+        let [way, fall] = mean_way(&simulation, &start, 0..20);
         let wanted = 0.125 * G * f64::max(sin - friction * cos, 0.0);
         assert!((way - wanted).abs() < 0.03 * wanted + 2e-3, "{pair:?}: {way} m of {wanted} m");
         assert!(fall.abs() < 2e-3, "{pair:?}: {fall} m");
     }
+}
+
+#[test]
+fn a_fabric_without_friction_slides_down_another_in_implicit_steps() {
+    // What is below is held at its borders alone, so that neither is quite flat.
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    let touching = |name: &str, mesh: Mesh, preset: &str| {
+        let wish = SelfCollision {
+            form: ContactForm::Triangles,
+            thickness: 0.003,
+            friction: 0.0,
+            ..SelfCollision::default()
+        };
+        let body = Body::cloth(name, mesh).with_material(Material::preset(preset));
+        Body { self_collision: Some(wish), ..body }
+    };
+    let below = touching("below", Mesh::grid(8, 30, [1.0, 0.25]), "cotton").at([0.4, 0.003, 0.0]);
+    let mut scene = Scene::new("tilted")
+        .time(1.0 / 60.0, 1e-3)
+        .method(Method::Ice)
+        .body(touching("above", Mesh::grid(8, 8, [0.15, 0.15]), "linen").at([0.0, 0.006, 0.0]))
+        .body(below.pin(Select::rows(0, 0)).pin(Select::rows(7, 7)))
+        .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.003));
+    scene.solver.ice.form = ConstraintForm::Primal;
+    scene.world.gravity = [G * sin, -G * cos, 0.0];
+    let mut simulation = build_as(&scene, Precision::F32, 2);
+    let start = positions(&simulation);
+    run(&mut simulation, 30);
+    let way = mean_way(&simulation, &start, 0..64)[0];
+    // After half a second.
+    let wanted = 0.125 * G * sin;
+    assert!((way - wanted).abs() < 0.1 * wanted, "{way} m of {wanted} m");
+    assert_eq!(simulation.intersections().pairs, 0);
 }
 
 #[test]

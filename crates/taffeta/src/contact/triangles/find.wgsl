@@ -2,6 +2,7 @@
 
 #import contact/triangles/add.wgsl
 #import contact/triangles/closest.wgsl
+#import contact/triangles/cones.wgsl
 #import contact/triangles/filter.wgsl
 #import contact/triangles/impulse.wgsl
 #import contact/triangles/leaf_pairs.wgsl
@@ -342,7 +343,11 @@ fn add_contact(one: Candidate, order: vec3u, material: vec2f, has_ring: bool, wi
         return;
     }
     let last = last_force(order);
-    if all(last.force == vec3f(0.0)) && !last.is_solved && !(along < within * thickness) {
+    let is_new = all(last.force == vec3f(0.0)) && !last.is_solved;
+    if is_new && !(along < within * thickness) {
+        return;
+    }
+    if !is_in_cones(nodes_of(one.lanes), one.first, found, !is_new) {
         return;
     }
     let normal = found.apart / distance;

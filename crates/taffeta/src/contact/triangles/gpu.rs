@@ -36,6 +36,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "add.wgsl",
         "carry.wgsl",
         "closest.wgsl",
+        "cones.wgsl",
         "count.wgsl",
         "filter.wgsl",
         "find.wgsl",

@@ -87,6 +87,8 @@ words! {
     IS_TANGLED = 41;
     PULL_COUNT = 42;
     IS_SOLVED = 43;
+    FANS_AT = 44;
+    FAN_ITEMS_AT = 45;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -182,7 +184,7 @@ words! {
 }
 
 /// Words of the header.
-pub const HEADER: usize = 44;
+pub const HEADER: usize = 46;
 /// Arrays of places.
 pub const PLACE_ARRAYS: usize = 7;
 /// Levels of boxes at most: sixteen times more leaves each.

@@ -14,7 +14,7 @@ use crate::step::FILTERS;
 
 /// Room for pairs of leaves, by leaf, and for contacts, by vertex, at the start; rounds of the filter that are written down.
 const PAIRS_A_LEAF: usize = 16;
-const CONTACTS_A_VERTEX: usize = 2;
+const CONTACTS_A_VERTEX: usize = 1;
 const ROUNDS: usize = 1;
 /// How often nodes that are held back may hold back others, as is written down at the start.
 const JAMS_WRITTEN: usize = 4;
@@ -112,6 +112,7 @@ impl SurfaceTables {
         all.add(layout::RINGS_AT, of_ring.flatten());
         all.add(layout::MATERIALS_AT, materials(surfaces));
         all.add_places(surfaces, bodies);
+        all.add_fans(surfaces, bodies, local);
         all
     }
 
@@ -287,27 +288,41 @@ impl SurfaceTables {
         self.words.extend(words);
     }
 
+    /// Adds a list for each place; what always stands still has none.
+    fn add_lists(&mut self, [starts_at, items_at]: [usize; 2], lists: impl Iterator<Item = Vec<u32>>) {
+        let (mut starts, mut items) = (vec![0], Vec::new());
+        for list in lists.chain([Vec::new()]) {
+            items.extend(list);
+            starts.push(items.len() as u32);
+        }
+        self.add(starts_at, starts.into_iter());
+        self.add(items_at, items.into_iter());
+    }
+
+    /// Adds the triangles around each place.
+    fn add_fans(&mut self, surfaces: &Surfaces, bodies: &Bodies<'_>, local: impl Fn(u32) -> u32) {
+        let fan = |place: usize| {
+            surfaces.fans.of(place as u32).iter().flatten().map(|&other| local(other)).collect()
+        };
+        self.add_lists([layout::FANS_AT, layout::FAN_ITEMS_AT], places(surfaces, bodies).map(fan));
+    }
+
     /// Adds what is known of places: their leaves, where they were at the start, and whether they have a surface.
     fn add_places(&mut self, surfaces: &Surfaces, bodies: &Bodies<'_>) {
-        let corners = surfaces.places..surfaces.all_places();
-        let places: Vec<usize> = bodies.places.clone().chain(corners).collect();
+        let places: Vec<usize> = places(surfaces, bodies).collect();
         let lists = surfaces.leaves_by_place();
-        let starts = places.iter().scan(0, |end, &place| {
-            let start = *end;
-            *end += lists.of(place).len() as u32;
-            Some(start)
-        });
-        let mut starts: Vec<u32> = starts.collect();
-        let items: Vec<u32> = places.iter().flat_map(|&place| lists.of(place)).copied().collect();
-        // What always stands still has none.
-        starts.extend([items.len() as u32; 2]);
-        self.add(layout::LEAVES_OF_AT, starts.into_iter());
-        self.add(layout::LEAF_ITEMS_AT, items.into_iter());
+        let of_place = |&place: &usize| lists.of(place).to_vec();
+        self.add_lists([layout::LEAVES_OF_AT, layout::LEAF_ITEMS_AT], places.iter().map(of_place));
         let start = |&place: &usize| surfaces.start[place].map(|x| (x as f32).to_bits());
         self.add(layout::START_AT, places.iter().flat_map(start).chain([0; 3]));
         let has_surface = |&place: &usize| u32::from(surfaces.surface_of[place] != u32::MAX);
         self.add(layout::HAS_SURFACE_AT, places.iter().map(has_surface).chain([0]));
     }
+}
+
+/// The places of some bodies, and then those of corners of colliders.
+fn places(surfaces: &Surfaces, bodies: &Bodies<'_>) -> impl Iterator<Item = usize> {
+    bodies.places.clone().chain(surfaces.places..surfaces.all_places())
 }
 
 /// Whether some bodies have systems that are solved for by nodes.

@@ -8,6 +8,7 @@
 
 pub mod carry;
 pub mod closest;
+pub mod cones;
 pub mod cpu;
 pub mod filter;
 #[cfg(feature = "gpu")]

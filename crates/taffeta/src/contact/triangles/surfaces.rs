@@ -7,6 +7,7 @@ use crate::contact::colliders::moving::MovingCollider;
 use crate::contact::nodes::build::exclusions;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
+use crate::contact::triangles::cones::Fans;
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
@@ -68,6 +69,8 @@ pub struct Surfaces {
     pub leaves: Vec<Leaf>,
     /// Nodes of two leaves that are one, or neighbours.
     pub rings: Rings,
+    /// The triangles around each place.
+    pub fans: Fans,
     /// Mean length of the bodies' edges at the start [m].
     pub mean_edge: f64,
     /// The longest edge, of colliders too [m].
@@ -370,6 +373,7 @@ impl Surfaces {
         let Cut { leaves, edges, vertices } = Cut::new(&self.triangles, materials, &listed.held);
         (self.leaves, self.edges, self.vertices) = (leaves, edges, vertices);
         let lengths = self.edges.iter().map(|&edge| measure::length(&self.start, edge));
+        self.fans = Fans::new(self.all_places(), &self.triangles);
         self.longest_edge = lengths.clone().fold(0.0, f64::max);
         let soft = self.edges.iter().zip(lengths).filter(|(edge, _)| (edge[0] as usize) < self.places);
         let (sum, count) = soft.fold((0.0, 0_u32), |(sum, count), (_, length)| (sum + length, count + 1));

@@ -75,6 +75,9 @@ const IS_TANGLED: u32 = 41u;
 const PULL_COUNT: u32 = 42u;
 /// Whether contacts are part of a system that is solved for.
 const IS_SOLVED: u32 = 43u;
+/// The triangles around each place: where its fan begins; the other two corners of each.
+const FANS_AT: u32 = 44u;
+const FAN_ITEMS_AT: u32 = 45u;
 
 // Words of a leaf: its nodes, their number, its surface, the lanes that are held, the numbers of its triangles, edges and vertices;
 // then these by lanes, a triangle, an edge or four vertices a word.

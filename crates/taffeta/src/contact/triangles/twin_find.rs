@@ -2,6 +2,7 @@
 
 use crate::contact::triangles::carry::reach_of_pushes;
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
+use crate::contact::triangles::cones::Nearest;
 use crate::contact::triangles::filter::{limits, reach, reach_together};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SurfaceContact};
 use crate::contact::triangles::impulse::{KEEPS, grip};
@@ -11,6 +12,7 @@ use crate::contact::triangles::tangle::{Knot, Rule};
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::NONE;
 use crate::real::{Real, add, cross, dot, norm, scale, sub};
+use taffeta_gpu::bytemuck;
 
 /// A pair of primitives of two leaves.
 pub struct Candidate {
@@ -217,12 +219,16 @@ impl Twin {
                 );
                 let along = dot(then, scale(apart, by));
                 let (force, solved) = self.last_force(order);
-                let keeps = if force == [0.0; 3] && solved.is_none() { within } else { most };
-                if along < keeps * thickness && distance > 0.0 {
+                let is_new = force == [0.0; 3] && solved.is_none();
+                let keeps = if is_new { within } else { most };
+                let kind = kind_of(one.first);
+                let places = nodes.map(|node| node as u32);
+                let nearest = Nearest { kind, nodes: places, weights, apart, carries: !is_new };
+                if along < keeps * thickness && distance > 0.0 && self.is_in_cones(&nearest) {
                     let friction = self.material(pair[0] as usize, pair[1] as usize)[1];
                     let normal = apart.map(|x| x / distance);
                     self.add_contact(SurfaceContact {
-                        nodes: nodes.map(|node| node as u32),
+                        nodes: places,
                         weights,
                         normal,
                         gap: distance - thickness,
@@ -238,6 +244,17 @@ impl Twin {
                 }
             }
         }
+    }
+
+    /// Whether the sides of a pair stand in each other's normal cones.
+    fn is_in_cones(&self, nearest: &Nearest<f32>) -> bool {
+        let fan = |place: u32| {
+            let [from, to] =
+                [0, 1].map(|end| self.tables[self.table(layout::FANS_AT) + place as usize + end]);
+            let items = &self.tables[self.table(layout::FAN_ITEMS_AT)..];
+            bytemuck::cast_slice(&items[from as usize..to as usize])
+        };
+        nearest.is_in_cones(fan, |place| self.place(layout::BEFORE, place as usize))
     }
 
     /// What becomes of a pair whose surfaces may pass through each other.
@@ -256,7 +273,7 @@ impl Twin {
         if nodes.iter().any(is_led) && nodes.iter().any(|node| *node >= self.nodes()) {
             return Rule::Ignored;
         }
-        Rule::of(if first == 1 { Kind::VertexTriangle } else { Kind::EdgeEdge }, nodes.map(knot))
+        Rule::of(kind_of(first), nodes.map(knot))
     }
 
     fn lead_back(
@@ -369,6 +386,10 @@ impl Twin {
             }
         }
     }
+}
+
+fn kind_of(first: usize) -> Kind {
+    if first == 1 { Kind::VertexTriangle } else { Kind::EdgeEdge }
 }
 
 /// Positions relative to the last.

@@ -18,7 +18,7 @@ use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
-use crate::contact::triangles::{carry, filter, impulse, solved};
+use crate::contact::triangles::{carry, cones, filter, impulse, solved};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -120,6 +120,8 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("LOOSE_REACH", LOOSE_REACH),
         ("JAMS", f64::from(filter::JAMS)),
         ("MOST_FILTER_ROUNDS", FILTERS as f64),
+        ("WIDER", cones::WIDER),
+        ("WIDER_KEPT", cones::WIDER_KEPT),
     ];
     words.chain(lengths.map(|(name, number)| (name, f64::from(number as f32)))).collect()
 }

@@ -1,6 +1,7 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
 use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
+use crate::contact::triangles::cones::Nearest;
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
@@ -30,7 +31,7 @@ impl<T: Real> Look<'_, T> {
     /// A pair as a contact, if it would end as near as is asked. One that carries a force remains one a little longer.
     fn contact(
         &self,
-        (seen, lane): (&Seen<T>, usize),
+        (seen, lane, x): (&Seen<T>, usize, [&[T]; 3]),
         close: &Close<T>,
         (order, force, solved): (Order, [T; 3], Option<[T; 3]>),
         asked: &Asked<T>,
@@ -41,12 +42,18 @@ impl<T: Real> Look<'_, T> {
         if !(seen.then[lane] < keeps * thickness && distance > T::ZERO) {
             return None;
         }
+        let (kind, nodes, weights) = (close.kind(), close.nodes, seen.weights.map(|lanes| lanes[lane]));
+        let nearest =
+            Nearest { kind, nodes, weights, apart: seen.apart.map(|lanes| lanes[lane]), carries: !is_new };
+        if !nearest.is_in_cones(|place| self.fans.of(place), |place| x.map(|column| column[place as usize])) {
+            return None;
+        }
         let key = close.candidate.key(self.leaves.map(|leaf| leaf.first));
-        let normal = seen.apart.map(|lanes| lanes[lane] / distance);
+        let normal = nearest.apart.map(|along| along / distance);
         Some(Active {
-            carried: Carried { order, kind: close.kind(), key, force, solved },
-            nodes: close.nodes,
-            weights: seen.weights.map(|lanes| lanes[lane]),
+            carried: Carried { order, kind, key, force, solved },
+            nodes,
+            weights,
             contact: Contact {
                 normal,
                 gap: distance - thickness,
@@ -144,7 +151,7 @@ impl<T: Real> TriangleContact<T> {
                         let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
                         let last = (order, force, carried.and_then(|carried| carried.solved));
                         contacts.extend(match rule {
-                            Rule::Apart => look.contact((seen, lane), &one, last, asked),
+                            Rule::Apart => look.contact((seen, lane, before), &one, last, asked),
                             Rule::Through { above } if asked.leads => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
                                 let most = asked.within.max(T::from_f64(KEEPS)) * one.thickness;

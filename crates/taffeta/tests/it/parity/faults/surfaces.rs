@@ -62,8 +62,30 @@ pub const FAULTS: &[Fault] = &[
     ),
     (
         "find_surface_contacts",
-        "if all(last.force == vec3f(0.0)) && !last.is_solved && !(along < within * thickness) {",
+        "if is_new && !(along < within * thickness) {",
         "if !(along < within * thickness) {",
+    ),
+    (
+        "find_surface_contacts",
+        "if !is_in_cones(nodes_of(one.lanes), one.first, found, !is_new) {",
+        "if false {",
+    ),
+    ("find_surface_contacts", "let wider = select(WIDER, WIDER_KEPT, carries);", "let wider = WIDER;"),
+    ("find_surface_contacts", "if one == ends.y || other == ends.y {", "if one == ends.y {"),
+    (
+        "find_surface_contacts",
+        "leaves = leaves && is_beyond(way, x - place_at(BEFORE, surface_tables[items + at]), wider);",
+        "leaves = false;",
+    ),
+    (
+        "find_surface_contacts",
+        "let first_does = leaves_edge(nodes.xy, w.xy, found.apart * -1.0, wider);",
+        "let first_does = true;",
+    ),
+    (
+        "find_surface_contacts",
+        "return leaves_edge(nodes.yw, w.yw * -1.0, found.apart, wider);",
+        "return leaves_edge(nodes.yw, w.wy * -1.0, found.apart, wider);",
     ),
     (
         "find_surface_contacts",

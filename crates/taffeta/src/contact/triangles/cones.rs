@@ -1,0 +1,248 @@
+//! Normal cones: which pairs of triangles and edges push, so that each contact counts once.
+//!
+//! A vertex above a sheet is near several of its triangles. One has the nearest point of the sheet in it; the nearest points of the
+//! others are on their edges, aside, and what pushes from there pushes along the sheet as well. Such a pair would brake cloth that
+//! slides without friction. So a pair whose nearest point is on an edge or a corner counts only if the other side stands in the
+//! normal cone there: beyond the planes through that point that bound it, across its directions into the faces around.
+//!
+//! Source: Chen et al., "Offset Geometric Contact", 2025: the feasible region of a contact.
+
+use crate::contact::triangles::surfaces::Kind;
+use crate::real::{Real, add, dot, scale, sub};
+
+/// By how much a cone is wider, as the squared sine of an angle: neighbouring cones overlap, so that rounding leaves no gap between
+/// them. Where surfaces are flat, all edges that cross would count beside their faces if it were much more.
+pub const WIDER: f64 = 1e-8;
+/// The same for a pair that carried a force. What lies flat is a little bent one way or the other in each sub-step: pairs that came
+/// and went would keep it from coming to rest.
+pub const WIDER_KEPT: f64 = 1e-4;
+
+/// The triangles around each place: for each, its other two corners.
+#[derive(Default)]
+pub struct Fans {
+    starts: Vec<u32>,
+    others: Vec<[u32; 2]>,
+}
+
+impl Fans {
+    /// Of triangles, among so many places.
+    pub fn new(places: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut starts = vec![0; places + 1];
+        triangles.iter().flatten().for_each(|&place| starts[place as usize + 1] += 1);
+        for place in 0..places {
+            starts[place + 1] += starts[place];
+        }
+        let (mut next, mut others) = (starts.clone(), vec![[0; 2]; 3 * triangles.len()]);
+        for &[a, b, c] in triangles {
+            for (place, two) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                let at = &mut next[place as usize];
+                others[*at as usize] = two;
+                *at += 1;
+            }
+        }
+        Self { starts, others }
+    }
+
+    /// That of a place.
+    pub fn of(&self, place: u32) -> &[[u32; 2]] {
+        &self.others[self.starts[place as usize] as usize..self.starts[place as usize + 1] as usize]
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.others[..])
+    }
+}
+
+/// A pair where it is nearest.
+pub struct Nearest<T> {
+    pub kind: Kind,
+    /// Its nodes by place, with their weights.
+    pub nodes: [u32; 4],
+    pub weights: [T; 4],
+    /// From the second side to the first [m].
+    pub apart: [T; 3],
+    /// Whether the pair carried a force in the last sub-step.
+    pub carries: bool,
+}
+
+impl<T: Real> Nearest<T> {
+    /// Whether each side stands in the normal cone of the other, where `x` are positions [m]. A vertex has none of its own.
+    pub fn is_in_cones<'a>(&self, fan: impl Fn(u32) -> &'a [[u32; 2]], x: impl Fn(u32) -> [T; 3]) -> bool {
+        let Self { kind, nodes: [a, b, c, d], weights: [u, v, w, z], apart, carries } = *self;
+        let wider = T::from_f64(if carries { WIDER_KEPT } else { WIDER });
+        let way = scale(apart, -T::ONE);
+        let edge = |ends: [u32; 2], weights: [T; 2], way: [T; 3]| {
+            fan(ends[0]).iter().filter(|two| two.contains(&ends[1])).all(|&[one, other]| {
+                let corner = x(if one == ends[1] { other } else { one });
+                let part = |end: usize| scale(sub(x(ends[end]), corner), weights[end]);
+                is_beyond(way, add(part(0), part(1)), wider)
+            })
+        };
+        let corner = |at: u32| {
+            let around = fan(at).iter().flatten();
+            around.into_iter().all(|&other| is_beyond(apart, sub(x(at), x(other)), wider))
+        };
+        if kind == Kind::EdgeEdge {
+            let are_inside = [u, v, w, z].iter().all(|&weight| weight != T::ZERO);
+            return are_inside && edge([a, b], [u, v], way) && edge([c, d], [-w, -z], apart);
+        }
+        match [v, w, z].map(|weight| weight == T::ZERO) {
+            [false, false, false] => true,
+            [false, false, _] => edge([b, c], [-v, -w], apart),
+            [_, false, false] => edge([c, d], [-w, -z], apart),
+            [false, _, false] => edge([b, d], [-v, -z], apart),
+            [false, ..] => corner(b),
+            [_, false, _] => corner(c),
+            [_, _, _] => corner(d),
+        }
+    }
+}
+
+/// Whether a way from a point leads away from the face or edge that ends there, given by a vector from its inside, or is off by an
+/// angle whose squared sine is no more than `wider`.
+fn is_beyond<T: Real>(way: [T; 3], out: [T; 3], wider: T) -> bool {
+    let along = dot(way, out);
+    along >= T::ZERO || along * along <= wider * dot(way, way) * dot(out, out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::triangles::closest::{edge_edge, vertex_triangle};
+    use crate::real::norm;
+    use crate::topology::random::SplitMix64;
+
+    /// A box of edge 2 about the origin.
+    const CORNERS: [[f64; 3]; 8] = [
+        [-1.0, -1.0, -1.0],
+        [1.0, -1.0, -1.0],
+        [1.0, 1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [-1.0, 1.0, 1.0],
+    ];
+    const FACES: [[u32; 3]; 12] = [
+        [0, 2, 1],
+        [0, 3, 2],
+        [4, 5, 6],
+        [4, 6, 7],
+        [0, 1, 5],
+        [0, 5, 4],
+        [2, 3, 7],
+        [2, 7, 6],
+        [1, 2, 6],
+        [1, 6, 5],
+        [3, 0, 4],
+        [3, 4, 7],
+    ];
+
+    /// Pairs of a point with all triangles: distance, direction from the triangle, whether it counts.
+    fn pairs(point: [f64; 3], x: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<(f64, [f64; 3], bool)> {
+        let (own, fans) = (x.len() as u32, Fans::new(x.len(), triangles));
+        let at = |place: u32| if place == own { point } else { x[place as usize] };
+        let of = |&[a, b, c]: &[u32; 3]| {
+            let nodes = [own, a, b, c];
+            let found = vertex_triangle(nodes.map(at));
+            let nearest = Nearest {
+                kind: Kind::VertexTriangle,
+                nodes,
+                weights: found.weights,
+                apart: found.apart,
+                carries: false,
+            };
+            let distance = norm(found.apart);
+            (distance, scale(found.apart, 1.0 / distance), nearest.is_in_cones(|place| fans.of(place), at))
+        };
+        triangles.iter().map(of).collect()
+    }
+
+    /// A grid of 5 by 5 nodes, 1 apart, whose height is given.
+    fn sheet(height: impl Fn(f64, f64) -> f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+        let nodes = (0..25).map(|node| (f64::from(node % 5), f64::from(node / 5)));
+        let x = nodes.map(|(x, z)| [x, height(x, z), z]).collect();
+        let cells = (0..16).map(|cell| cell / 4 * 5 + cell % 4);
+        (x, cells.flat_map(|a| [[a, a + 5, a + 1], [a + 1, a + 5, a + 6]]).collect())
+    }
+
+    #[test]
+    fn a_flat_sheet_never_pushes_aside_and_always_pushes() {
+        let (x, triangles) = sheet(|_, _| 0.0);
+        let mut random = SplitMix64::new(3);
+        for turn in 0..2000 {
+            let mut along = || 1.0 + 2.0 * random.unit();
+            // Some are exactly above edges and corners.
+            let (a, b) = (along(), along());
+            let [a, b] = match turn % 4 {
+                0 => [a, b.round()],
+                1 => [a.round(), b.round()],
+                2 => [a, 5.0 - a],
+                _ => [a, b],
+            };
+            let all = pairs([a, 0.7, b], &x, &triangles);
+            let counted: Vec<_> = all.iter().filter(|(.., counts)| *counts).collect();
+            assert!(!counted.is_empty(), "{a} {b}");
+            assert!(counted.iter().all(|(_, way, _)| way[1] > 1.0 - WIDER), "{a} {b}: {counted:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_part_of_a_surface_counts() {
+        let bumpy = sheet(|x, z| 0.8 * (1.7 * x).sin() * (2.3 * z).cos());
+        let mut random = SplitMix64::new(5);
+        for (x, triangles) in [(CORNERS.to_vec(), FACES.to_vec()), bumpy] {
+            for _ in 0..4000 {
+                let point = [0; 3].map(|_| 6.0 * random.unit() - 2.0);
+                let all = pairs(point, &x, &triangles);
+                let least = all.iter().map(|one| one.0).fold(f64::INFINITY, f64::min);
+                let nearest = all.iter().filter(|one| one.0 <= least * (1.0 + 1e-9));
+                assert!(nearest.clone().all(|one| one.2), "{point:?}: {nearest:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn inside_a_corner_faces_push_and_edges_do_not() {
+        let all = pairs([0.6, 0.7, 0.8], &CORNERS, &FACES);
+        let counted: Vec<_> =
+            all.iter().filter(|(.., counts)| *counts).map(|(distance, ..)| *distance).collect();
+        let faces = [1.6, 1.7, 1.8, 0.4, 0.3, 0.2];
+        assert_eq!(counted.len(), faces.len(), "{counted:?}");
+        for face in faces {
+            assert!(counted.iter().any(|distance| (distance - face).abs() < 1e-12), "{face}: {counted:?}");
+        }
+    }
+
+    #[test]
+    fn edges_that_cross_count_where_both_are_ridges() {
+        // Two roofs whose ridges cross, the upper one upside down; each may be a valley instead.
+        let crossing = |lower: f64, upper: f64, aside: f64| {
+            let x = [
+                [-1.0, 0.0, 0.1],
+                [1.0, 0.0, 0.1],
+                [0.0, -lower, 1.0],
+                [0.0, -lower, -1.0],
+                [aside, 0.5, -1.0],
+                [aside, 0.5, 1.0],
+                [aside + 1.0, 0.5 + upper, 0.0],
+                [aside - 1.0, 0.5 + upper, 0.0],
+            ];
+            let fans = Fans::new(8, &[[0, 1, 2], [1, 0, 3], [4, 5, 6], [5, 4, 7]]);
+            let (nodes, at) = ([0, 1, 4, 5], |place: u32| x[place as usize]);
+            let found = edge_edge(nodes.map(at));
+            let nearest = Nearest {
+                kind: Kind::EdgeEdge,
+                nodes,
+                weights: found.weights,
+                apart: found.apart,
+                carries: false,
+            };
+            nearest.is_in_cones(|place| fans.of(place), at)
+        };
+        assert!(crossing(0.5, 0.5, 0.2) && crossing(0.0, 0.0, 0.2));
+        assert!(!crossing(-0.1, 0.5, 0.2) && !crossing(0.5, -0.1, 0.2));
+        assert!(!crossing(0.5, 0.5, 1.2), "past the end of one it is that end and the faces of the other");
+    }
+}
