@@ -4,6 +4,7 @@ use crate::assembly::Assembly;
 use crate::plan::Substep;
 use crate::real::Real;
 use crate::topology::Csr;
+use crate::topology::sets::Sets;
 
 /// Marks the second end of a joint as a point, whose number is in the other bits.
 pub const IS_POINT: u32 = 1 << 31;
@@ -39,6 +40,20 @@ impl Assembly {
     /// Nodes that are joined to others or to points, or held near others.
     pub fn attachments(&self) -> &Attachments {
         self.extensions.get().expect("a scene is assembled with attachments, or with a list of none")
+    }
+
+    /// For each place the least of those that stand for the same point: nodes that are sewn together, or that one vertex was
+    /// split into.
+    pub(crate) fn points(&self) -> Vec<u32> {
+        let mut sets = Sets::new(self.places);
+        self.attachments().joined().for_each(|[a, b]| sets.join(a, b));
+        for body in &self.bodies {
+            for pair in &body.split {
+                let [a, b] = pair.map(|node| body.solver_index(node as usize) as u32);
+                sets.join(a, b);
+            }
+        }
+        sets.all()
     }
 
     pub(crate) fn attachments_mut(&mut self) -> &mut Attachments {
@@ -198,21 +213,14 @@ impl Attachments {
 
     /// Groups joints that share free nodes. A pinned node moves for none of its joints, so it does not connect them.
     fn group(&mut self, is_free: impl Fn(u32) -> bool) {
-        let mut first: Vec<u32> = (0..self.joints.len() as u32).collect();
-        let root = |first: &[u32], mut joint: u32| {
-            while first[joint as usize] != joint {
-                joint = first[joint as usize];
-            }
-            joint
-        };
+        let mut sets = Sets::new(self.joints.len());
         let free = (0..).zip(&self.nodes).filter(|(_, node)| is_free(**node));
         for (number, _) in free {
             for pair in self.joints_of.row(number).windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|joint| root(&first, joint));
-                first[a.max(b) as usize] = a.min(b);
+                sets.join(pair[0], pair[1]);
             }
         }
-        let roots: Vec<u32> = (0..first.len() as u32).map(|joint| root(&first, joint)).collect();
+        let roots = sets.all();
         let mut size = vec![0; roots.len()];
         roots.iter().for_each(|&root| size[root as usize] += 1);
         let mut number = vec![0; roots.len()];

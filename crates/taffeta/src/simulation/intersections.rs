@@ -1,7 +1,7 @@
 //! Where surfaces pass through each other, found exactly.
 
 use crate::simulation::Simulation;
-use crate::topology::{Piercing, piercings};
+use crate::topology::{Piercing, piercings_apart};
 
 /// Edges of bodies and colliders that pass through triangles where they must not.
 ///
@@ -22,7 +22,8 @@ use crate::topology::{Piercing, piercings};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Intersections {
-    /// Pairs of an edge and a triangle without a common corner that have a point in common.
+    /// Pairs of an edge and a triangle without a common corner that have a point in common. Corners that are sewn together are
+    /// common.
     pub pairs: u64,
     /// The first of them in words: body, vertices.
     pub first: Option<String>,
@@ -38,6 +39,8 @@ pub(crate) struct Triangles {
     /// Whose first corner is where: bodies, then colliders with triangles by their places in the scene.
     bodies: Vec<u32>,
     colliders: Vec<(usize, u32)>,
+    /// For each corner a number of the point that it stands for: what is sewn together is one.
+    points: Vec<u32>,
     /// The body of each triangle of one; these come first.
     of_bodies: Vec<u32>,
 }
@@ -59,7 +62,8 @@ impl Simulation {
                 [a, b] => a.is_some() || b.is_some(),
             }
         };
-        let found = piercings(&nodes, &triangles.corners, counts);
+        let found =
+            piercings_apart(&nodes, &triangles.corners, |corner| triangles.points[corner as usize], counts);
         Intersections {
             pairs: found.pairs,
             first: found.first.map(|Piercing { edge, triangle }| {
@@ -89,6 +93,11 @@ impl Simulation {
             all.corners.extend(faces.iter().map(|t| t.map(|node| first + node)));
             first += collider.corners(0.0).len() as u32;
         }
+        let points = assembly.points();
+        all.points = self.user_order().into_iter().map(|place| points[place]).collect();
+        // Corners of colliders are behind all places.
+        let corners = first as usize - all.points.len();
+        all.points.extend((0..corners).map(|corner| (points.len() + corner) as u32));
         all
     }
 

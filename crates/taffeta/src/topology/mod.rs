@@ -19,6 +19,7 @@ pub mod random;
 pub mod rest;
 pub mod segment;
 pub mod select;
+pub(crate) mod sets;
 pub mod shapes;
 pub mod struts;
 
@@ -31,8 +32,8 @@ pub use ground::ground;
 pub use inside::{NoInside, named_edges, no_inside};
 pub use inspect::{Inspection, Part};
 pub use intersect::{Intersections, self_intersections};
-pub(crate) use piercings::list_piercings;
 pub use piercings::{Piercing, Piercings, piercings};
+pub(crate) use piercings::{list_piercings, piercings_apart};
 pub use place::Placement;
 pub(crate) use predicate::side_of_triangle;
 pub use predicate::{meet_beyond_corner, overlap_beyond_edge, triangles_meet};

@@ -47,28 +47,39 @@ pub fn piercings(
     triangles: &[[u32; 3]],
     counts: impl Fn([u32; 2]) -> bool + Sync,
 ) -> Piercings {
+    piercings_apart(nodes, triangles, |node| node, counts)
+}
+
+/// The same where corners are also common if `point` gives the same number for them: they are one, though at several places.
+pub(crate) fn piercings_apart(
+    nodes: &[Point],
+    triangles: &[[u32; 3]],
+    point: impl Fn(u32) -> u32 + Sync,
+    counts: impl Fn([u32; 2]) -> bool + Sync,
+) -> Piercings {
     let note = |found: &mut Piercings, edge: [u32; 2], triangle: u32| {
         found.pairs += 1;
         let pair = Piercing { triangle: triangles[triangle as usize], edge };
         found.first = Some(found.first.map_or(pair, |first| first.min(pair)));
     };
     let mut all = Piercings::default();
-    all.complete = each_piercing(nodes, triangles, (counts, note), |found: Piercings| {
+    all.complete = each_piercing((nodes, triangles, point), (counts, note), |found: Piercings| {
         all.pairs += found.pairs;
         all.first = all.first.into_iter().chain(found.first).min();
     });
     all
 }
 
-/// Lists the pairs that [`piercings`] counts, ascending: an edge with its lower end first, and the number of a triangle.
+/// Lists the pairs that [`piercings_apart`] counts, ascending: an edge with its lower end first, and the number of a triangle.
 pub(crate) fn list_piercings(
     nodes: &[Point],
     triangles: &[[u32; 3]],
+    point: impl Fn(u32) -> u32 + Sync,
     counts: impl Fn([u32; 2]) -> bool + Sync,
 ) -> Vec<([u32; 2], u32)> {
     let note = |found: &mut Vec<([u32; 2], u32)>, edge: [u32; 2], triangle: u32| found.push((edge, triangle));
     let mut all = Vec::new();
-    each_piercing(nodes, triangles, (counts, note), |found: Vec<_>| all.extend(found));
+    each_piercing((nodes, triangles, point), (counts, note), |found: Vec<_>| all.extend(found));
     all.sort_unstable();
     all
 }
@@ -76,8 +87,7 @@ pub(crate) fn list_piercings(
 /// Notes each pair of an edge and a triangle, by its number, in what is found in a part of the scene, and takes part after
 /// part. Returns whether all pairs were looked at.
 fn each_piercing<F: Default + Send>(
-    nodes: &[Point],
-    triangles: &[[u32; 3]],
+    (nodes, triangles, point): (&[Point], &[[u32; 3]], impl Fn(u32) -> u32 + Sync),
     (counts, note): (impl Fn([u32; 2]) -> bool + Sync, impl Fn(&mut F, [u32; 2], u32) + Sync),
     take: impl FnMut(F),
 ) -> bool {
@@ -86,7 +96,7 @@ fn each_piercing<F: Default + Send>(
         if counts(pair) {
             for [of, with] in [pair, [pair[1], pair[0]]] {
                 let corners = [of, with].map(|triangle| triangles[triangle as usize]);
-                each_pierced(nodes, owned[of as usize], corners, |edge| note(found, edge, with));
+                each_pierced((nodes, &point), owned[of as usize], corners, |edge| note(found, edge, with));
             }
         }
     };
@@ -103,7 +113,7 @@ fn owned_edges(triangles: &[[u32; 3]]) -> Vec<[bool; 3]> {
 
 /// Calls `note` with the owned edges of one triangle that pierce another one.
 fn each_pierced(
-    nodes: &[Point],
+    (nodes, point): (&[Point], &impl Fn(u32) -> u32),
     owned: [bool; 3],
     [of, triangle]: [[u32; 3]; 2],
     mut note: impl FnMut([u32; 2]),
@@ -112,7 +122,9 @@ fn each_pierced(
     let corners = triangle.map(at);
     for (a, b) in (0..3).filter(|&i| owned[i]).map(|i| (of[i], of[(i + 1) % 3])) {
         let ends = [at(a), at(b)];
-        if !ends.iter().any(|end| corners.contains(end)) && segment_meets_triangle(ends, corners) {
+        let is_common =
+            |node: u32| triangle.iter().any(|&corner| at(corner) == at(node) || point(corner) == point(node));
+        if !is_common(a) && !is_common(b) && segment_meets_triangle(ends, corners) {
             note([a.min(b), a.max(b)]);
         }
     }

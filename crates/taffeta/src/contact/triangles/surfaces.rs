@@ -13,7 +13,7 @@ use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
 use crate::scene::{ContactForm, ContactZone, Scene, SceneError, SelfCollision, plain};
 use crate::topology::boxes::{around, leaf_order};
-use crate::topology::{Piercing, measure, piercings};
+use crate::topology::{Piercing, measure, piercings_apart};
 use std::collections::{HashMap, HashSet};
 
 /// A body, a vertex or a triangle that is none.
@@ -71,6 +71,8 @@ pub struct Surfaces {
     pub rings: Rings,
     /// The triangles around each place.
     pub fans: Fans,
+    /// For each place the least of those that stand for the same point: sewn together, or split from one.
+    pub points: Vec<u32>,
     /// Mean length of the bodies' edges at the start [m].
     pub mean_edge: f64,
     /// The longest edge, of colliders too [m].
@@ -216,9 +218,8 @@ impl Assembly {
             return;
         }
         all.soft = all.materials.len();
-        for [a, b] in self.attachments().joined() {
-            listed.join(a, b);
-        }
+        all.points = self.points();
+        listed.join(&all.points);
         let mut of_colliders = Vec::new();
         for collider in self.colliders() {
             of_colliders.push(all.materials.len() as u32);
@@ -227,6 +228,7 @@ impl Assembly {
         let materials = all.add_zones(&listed, &triangles);
         all.frictions = self.frictions_of(&numbers, &of_colliders);
         listed.held.resize(all.start.len(), true);
+        all.points.extend(places as u32..all.start.len() as u32);
         all.thickest = all.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max);
         all.thinnest = all.least_thickness();
         let mut order = leaf_order(&all.start, &triangles);
@@ -264,7 +266,8 @@ impl Assembly {
     /// Warns of surfaces that start through each other. Returns whether there are any.
     fn note_piercings(&mut self, all: &Surfaces) -> bool {
         let surface = |triangle: u32| all.surface_of[all.triangles[triangle as usize][0] as usize];
-        let found = piercings(&all.start, &all.triangles, |pair| all.material(pair.map(surface)).is_some());
+        let touch = |pair: [u32; 2]| all.material(pair.map(surface)).is_some();
+        let found = piercings_apart(&all.start, &all.triangles, |place| all.points[place as usize], touch);
         let Some(Piercing { edge, triangle }) = found.first else { return false };
         let ends =
             if (edge[0] as usize) < all.places { [edge[0], edge[1]] } else { [triangle[0], triangle[1]] };
@@ -293,10 +296,6 @@ impl Surfaces {
         self.materials.push([contact.thickness, contact.friction]);
         listed.neighbours.push((first, body.grid_layout, contact.neighbours.clone()));
         let place = |node: u32| body.solver_index(node as usize) as u32;
-        for pair in &body.split {
-            let [a, b] = pair.map(place);
-            listed.join(a, b);
-        }
         let before = triangles.len();
         listed.zones.extend(contact.zones.iter().map(|zone| {
             let of_all = zone.triangles.iter().map(|triangle| before + triangle).collect();
@@ -461,9 +460,20 @@ fn apart(scene: &Scene) -> Apart {
 }
 
 impl Listed {
-    fn join(&mut self, a: u32, b: u32) {
-        self.joined.entry(a).or_default().push(b);
-        self.joined.entry(b).or_default().push(a);
+    /// Joins the places that stand for the same point.
+    fn join(&mut self, points: &[u32]) {
+        let mut all: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (place, &point) in (0..).zip(points) {
+            if place != point {
+                all.entry(point).or_insert_with(|| vec![point]).push(place);
+            }
+        }
+        for places in all.into_values() {
+            for &place in &places {
+                let others = places.iter().copied().filter(|&other| other != place);
+                self.joined.insert(place, others.collect());
+            }
+        }
     }
 }
 

@@ -108,7 +108,7 @@ impl Tangle {
     pub fn of(surfaces: &Surfaces, x: &[[f64; 3]]) -> Option<Self> {
         let surface = |triangle: u32| surfaces.surface_of[surfaces.triangles[triangle as usize][0] as usize];
         let touch = |pair: [u32; 2]| surfaces.material(pair.map(surface)).is_some();
-        let cuts = list_piercings(x, &surfaces.triangles, touch);
+        let cuts = list_piercings(x, &surfaces.triangles, |place| surfaces.points[place as usize], touch);
         if cuts.is_empty() {
             return None;
         }
