@@ -191,16 +191,18 @@ fn what_is_sewn_together_does_not_pass_through_itself() {
     // Three panels along one seam, like an armpit: neither is sewn to both others.
     let row = |name: &str, row| SeamSide::new(name, Select::rows(row, row));
     let hanging = |name: &str, tilt: f64, [y, z]: [f64; 2]| Body {
-        place: turned([1.0, 0.0, 0.0], tilt, [0.0, y, z]),
-        ..sheet(name, [7, 7], [0.0; 3], 0.3)
+        place: turned([1.0, 0.0, 0.0], tilt, [0.1, 0.4 + y, 0.3 + z]),
+        ..fabric(name, [7, 7], [0.0; 3])
     };
-    let mut scene = Scene::new("armpit").time(1.0 / 60.0, 5e-4);
+    // Rounding puts nodes of a seam at places that are not quite the same.
+    let mut scene = implicit(Scene::new("armpit"), 1.0 / 120.0);
     scene = scene.body(hanging("upper", 90.0, [0.064, 0.0]).pin(Select::rows(0, 0)));
-    scene =
-        scene.body(hanging("lower", 80.0, [-0.063, 0.014])).body(hanging("aside", 110.0, [-0.06, -0.024]));
+    scene = scene
+        .body(hanging("lower", 80.0, [-0.063, 0.014]).with_material(Material::preset("linen")))
+        .body(hanging("aside", 110.0, [-0.06, -0.024]));
     scene = scene.seam(Seam::new(row("upper", 6), row("lower", 0)));
     scene = scene.seam(Seam::new(row("lower", 0), row("aside", 0)));
-    let mut simulation = build(&scene);
+    let mut simulation = build_as(&scene, Precision::F32, 2);
     run_free(&mut simulation, 40, "an armpit");
     assert!(simulation.report().pairs > 0);
 }
