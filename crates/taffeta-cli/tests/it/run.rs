@@ -376,7 +376,7 @@ fn intersections_are_counted_where_they_are_asked_for() {
     assert_eq!(all["last_frame"].as_u64(), counted.iter().rposition(|&pairs| pairs > 0).map(|at| at as u64));
 }
 
-/// Two boxes that close on a sheet and leave no room for it.
+/// Two boxes that close on a sheet whose middle is pinned, and leave no room for it.
 const CRUSHED: &str = r#"
 [time]
 max_step = 0.0005
@@ -400,6 +400,8 @@ mesh.grid = { rows = 7, cols = 5, size = [0.12, 0.08] }
 place.rotation = { axis = [0.0, 0.0, 1.0], degrees = 90.0 }
 springs = { structural = { k = 30.0, d = 0.004 }, shear = { k = 15.0, d = 0.004 } }
 self_collision = { thickness = 0.005 }
+[[body.pin]]
+select = { nodes = [17] }
 "#;
 
 #[test]

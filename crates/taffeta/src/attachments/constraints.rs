@@ -42,15 +42,13 @@ impl Assembly {
         self.extensions.get().expect("a scene is assembled with attachments, or with a list of none")
     }
 
-    /// For each place the least of those that stand for the same point: nodes that are sewn together, or that one vertex was
-    /// split into.
+    /// For each place the least of those that stand for the same point: nodes that rigid seams bring to one place.
     pub(crate) fn points(&self) -> Vec<u32> {
-        let mut sets = Sets::new(self.places);
-        self.attachments().joined().for_each(|[a, b]| sets.join(a, b));
-        for body in &self.bodies {
-            for pair in &body.split {
-                let [a, b] = pair.map(|node| body.solver_index(node as usize) as u32);
-                sets.join(a, b);
+        let (all, mut sets) = (self.attachments(), Sets::new(self.places));
+        for joint in all.joints.iter().filter(|joint| joint.ends[1] & IS_POINT == 0) {
+            let JointMaterial { length, compliance, .. } = all.materials[joint.material as usize];
+            if length == 0.0 && compliance == 0.0 {
+                sets.join(joint.ends[0], joint.ends[1]);
             }
         }
         sets.all()

@@ -51,7 +51,7 @@ pub struct FrameReport {
     pub volumes: Vec<Option<f64>>,
     /// Volume that each body is to have at this time [m³], where it keeps one.
     pub volume_targets: Vec<Option<f64>>,
-    /// Pairs of nodes that were nearer than their thickness in the frame's last sub-step.
+    /// Contacts of surfaces, and pairs of nodes that were nearer than their thickness, in the frame's last sub-step.
     pub pairs: u64,
     /// Least distance of such a pair before it was pushed apart, by its thickness.
     pub nearest_pair: Option<f64>,

@@ -48,7 +48,7 @@ pub(crate) struct Triangles {
 impl Simulation {
     /// Counts where bodies pass through themselves, each other and the triangles of colliders (meshes, convex hulls, height
     /// fields, boxes), by exact arithmetic on the positions as they are. It shares no code with the contacts of the
-    /// simulation, so it can check them. Nodes keep their distance from round colliders, which are not looked at; nor are two
+    /// simulation but for what is sewn together, so it can check them. Nodes keep their distance from round colliders, which are not looked at; nor are two
     /// bodies that do not touch each other by [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`.
     pub fn intersections(&self) -> Intersections {
         let triangles = self.triangles.get_or_init(|| self.list_triangles());

@@ -208,6 +208,25 @@ fn what_is_sewn_together_does_not_pass_through_itself() {
 }
 
 #[test]
+fn a_seam_hides_no_intersection_beside_it() {
+    let count = |seam: Option<Seam>| {
+        let mut through = sheet("through", [7, 7], [0.0; 3], 0.3);
+        through.place = turned([1.0, 0.0, 0.1], 80.0, [0.003, 0.0, 0.001]);
+        let scene = Scene::new("crossed").time(1.0 / 60.0, 5e-4).body(sheet("flat", [7, 7], [0.0; 3], 0.3));
+        let scene = scene.body(through);
+        build(&seam.into_iter().fold(scene, Scene::seam)).intersections().pairs
+    };
+    let all = count(None);
+    assert!(all > 10, "{all}");
+    // Corners that are far from each other, and nodes next to each other on the line along which the sheets cross.
+    assert_eq!(count(Some(Seam::pairs("flat", "through", [[0, 48]]))), all);
+    let beside = count(Some(Seam::pairs("flat", "through", [[24, 24]])));
+    assert!(beside < all && beside > all / 2, "{beside} of {all}");
+    let soft = Seam { k: Some(10.0), ..Seam::pairs("flat", "through", [[24, 24]]) };
+    assert_eq!(count(Some(soft)), all);
+}
+
+#[test]
 fn a_collision_keeps_momentum_and_wins_no_energy() {
     let mut high = sheet("high", [8, 8], [0.0; 3], 0.4);
     high.place = turned([0.3, 1.0, 0.2], 25.0, [0.02, 0.05, 0.01]);

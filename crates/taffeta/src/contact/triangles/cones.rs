@@ -3,7 +3,7 @@
 //! A vertex above a sheet is near several of its triangles. One has the nearest point of the sheet in it; the nearest points of the
 //! others are on their edges, aside, and what pushes from there pushes along the sheet as well. Such a pair would brake cloth that
 //! slides without friction. So a pair whose nearest point is on an edge or a corner counts only if the other side stands in the
-//! normal cone there: beyond the planes through that point that bound it, across its directions into the faces around.
+//! normal cone there: where no face around is nearer.
 //!
 //! Source: Chen et al., "Offset Geometric Contact", 2025: the feasible region of a contact.
 
@@ -16,6 +16,10 @@ pub const WIDER: f64 = 1e-8;
 /// The same for a pair that carried a force. What lies flat is a little bent one way or the other in each sub-step: pairs that came
 /// and went would keep it from coming to rest.
 pub const WIDER_KEPT: f64 = 1e-4;
+
+/// What rounding may add to that, for a part of a surface that is so far away and so large: (4e-7)² times the squared extent by the
+/// squared distance.
+pub const ROUNDED: f64 = 1.6e-13;
 
 /// The triangles around each place: for each, its other two corners.
 #[derive(Default)]
@@ -62,7 +66,7 @@ pub struct Nearest<T> {
     pub weights: [T; 4],
     /// From the second side to the first [m].
     pub apart: [T; 3],
-    /// Whether the pair carried a force in the last sub-step.
+    /// Whether the pair carried a force in the last sub-step, or is known to the solver of this one.
     pub carries: bool,
 }
 
@@ -102,8 +106,8 @@ impl<T: Real> Nearest<T> {
 /// Whether a way from a point leads away from the face or edge that ends there, given by a vector from its inside, or is off by an
 /// angle whose squared sine is no more than `wider`.
 fn is_beyond<T: Real>(way: [T; 3], out: [T; 3], wider: T) -> bool {
-    let along = dot(way, out);
-    along >= T::ZERO || along * along <= wider * dot(way, way) * dot(out, out)
+    let (along, length) = (dot(way, out), dot(out, out));
+    along >= T::ZERO || along * along <= (wider * dot(way, way) + T::from_f64(ROUNDED) * length) * length
 }
 
 #[cfg(test)]
@@ -165,6 +169,36 @@ mod tests {
         let x = nodes.map(|(x, z)| [x, height(x, z), z]).collect();
         let cells = (0..16).map(|cell| cell / 4 * 5 + cell % 4);
         (x, cells.flat_map(|a| [[a, a + 5, a + 1], [a + 1, a + 5, a + 6]]).collect())
+    }
+
+    #[test]
+    fn a_large_flat_sheet_pushes_whatever_the_rounding() {
+        // Triangles a thousand times as large as the distance, turned and far from the origin, in 32 bits.
+        let (sin, cos) = 0.7_f64.sin_cos();
+        let turned = |[x, y, z]: [f64; 3]| [x * cos - y * sin + 3.3, x * sin + y * cos - 5.7, z + 2.1];
+        let (x, triangles) = sheet(|_, _| 0.0);
+        let fans = Fans::new(x.len(), &triangles);
+        let mut random = SplitMix64::new(9);
+        for _ in 0..2000 {
+            // Above the diagonals.
+            let (a, own) = (0.5 + 3.0 * random.unit(), x.len() as u32);
+            let point = turned([a, 1e-3, 4.0 - a]);
+            let at = |place: u32| {
+                let place = place as usize;
+                (if place < x.len() { turned(x[place]) } else { point }).map(|x| x as f32)
+            };
+            let counts = |&[a, b, c]: &[u32; 3]| {
+                let nodes = [own, a, b, c];
+                let relative = nodes.map(|node| sub(at(node), at(c)));
+                let found = vertex_triangle(relative);
+                let kind = Kind::VertexTriangle;
+                let (weights, apart) = (found.weights, found.apart);
+                Nearest { kind, nodes, weights, apart, carries: false }
+                    .is_in_cones(|place| fans.of(place), at)
+            };
+            let near = |one: &&[u32; 3]| one.iter().any(|&node| norm(sub(at(node), at(own))) < 1.5);
+            assert!(triangles.iter().filter(near).any(counts), "{a}");
+        }
     }
 
     #[test]

@@ -20,6 +20,8 @@ use std::collections::{HashMap, HashSet};
 const NONE: u32 = u32::MAX;
 /// Thickness of neighbours along the surface, at most, relative to their distance at the start: more would hold cloth flat.
 pub const NEIGHBOURS: f64 = 0.5;
+/// Places that are joined with all others of their point, at most.
+const MOST_JOINED: usize = 64;
 /// Distance that triangles and edges keep from those of colliders, relative to the collider's offset, and at least, relative to
 /// the thickness of the body.
 const OFFSET: f64 = 0.9;
@@ -71,7 +73,7 @@ pub struct Surfaces {
     pub rings: Rings,
     /// The triangles around each place.
     pub fans: Fans,
-    /// For each place the least of those that stand for the same point: sewn together, or split from one.
+    /// For each place the least of those that are sewn to the same point.
     pub points: Vec<u32>,
     /// Mean length of the bodies' edges at the start [m].
     pub mean_edge: f64,
@@ -101,7 +103,7 @@ pub struct Apart(pub HashSet<[usize; 2]>);
 struct Listed {
     /// Nodes that never give way: pinned ones, and corners of colliders.
     held: Vec<bool>,
-    /// For each place that is sewn or split, the places that it is one with.
+    /// For each place that is sewn or split, the places that it is one with. Some may be listed twice.
     joined: HashMap<u32, Vec<u32>>,
     /// Neighbours along the surface by body: its first place, its grid.
     neighbours: Vec<(usize, Option<[usize; 2]>, Exclusions)>,
@@ -218,8 +220,9 @@ impl Assembly {
             return;
         }
         all.soft = all.materials.len();
+        self.attachments().joined().for_each(|pair| listed.join(pair));
         all.points = self.points();
-        listed.join(&all.points);
+        listed.join_points(&all.points);
         let mut of_colliders = Vec::new();
         for collider in self.colliders() {
             of_colliders.push(all.materials.len() as u32);
@@ -296,6 +299,7 @@ impl Surfaces {
         self.materials.push([contact.thickness, contact.friction]);
         listed.neighbours.push((first, body.grid_layout, contact.neighbours.clone()));
         let place = |node: u32| body.solver_index(node as usize) as u32;
+        body.split.iter().for_each(|pair| listed.join(pair.map(place)));
         let before = triangles.len();
         listed.zones.extend(contact.zones.iter().map(|zone| {
             let of_all = zone.triangles.iter().map(|triangle| before + triangle).collect();
@@ -460,18 +464,24 @@ fn apart(scene: &Scene) -> Apart {
 }
 
 impl Listed {
-    /// Joins the places that stand for the same point.
-    fn join(&mut self, points: &[u32]) {
+    fn join(&mut self, [a, b]: [u32; 2]) {
+        self.joined.entry(a).or_default().push(b);
+        self.joined.entry(b).or_default().push(a);
+    }
+
+    /// Joins the places that are sewn to the same point, also by way of others. Of very many only those are joined that have a seam
+    /// of their own: all their pairs would be too many.
+    fn join_points(&mut self, points: &[u32]) {
         let mut all: HashMap<u32, Vec<u32>> = HashMap::new();
         for (place, &point) in (0..).zip(points) {
             if place != point {
                 all.entry(point).or_insert_with(|| vec![point]).push(place);
             }
         }
-        for places in all.into_values() {
+        for places in all.into_values().filter(|places| (3..=MOST_JOINED).contains(&places.len())) {
             for &place in &places {
                 let others = places.iter().copied().filter(|&other| other != place);
-                self.joined.insert(place, others.collect());
+                self.joined.entry(place).or_default().extend(others);
             }
         }
     }

@@ -122,6 +122,7 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("MOST_FILTER_ROUNDS", FILTERS as f64),
         ("WIDER", cones::WIDER),
         ("WIDER_KEPT", cones::WIDER_KEPT),
+        ("ROUNDED", cones::ROUNDED),
     ];
     words.chain(lengths.map(|(name, number)| (name, f64::from(number as f32)))).collect()
 }

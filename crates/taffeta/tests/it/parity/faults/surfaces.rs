@@ -84,6 +84,16 @@ pub const FAULTS: &[Fault] = &[
     ),
     (
         "find_surface_contacts",
+        "return first_does && leaves_edge(nodes.zw, w.zw * -1.0, found.apart, wider);",
+        "return first_does;",
+    ),
+    (
+        "find_surface_contacts",
+        "return leaves_corner(select(select(nodes.w, nodes.z, has.z), nodes.y, has.y), found.apart, wider);",
+        "return true;",
+    ),
+    (
+        "find_surface_contacts",
         "return leaves_edge(nodes.yw, w.yw * -1.0, found.apart, wider);",
         "return leaves_edge(nodes.yw, w.wy * -1.0, found.apart, wider);",
     ),
