@@ -129,6 +129,11 @@ impl Csr {
         Self::new(nodes, elements.as_flattened().iter().copied().zip(0..))
     }
 
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.offsets[..]) + size_of_val(&self.items[..])
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.offsets.len().saturating_sub(1)

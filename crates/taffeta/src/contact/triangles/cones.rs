@@ -9,6 +9,7 @@
 
 use crate::contact::triangles::surfaces::Kind;
 use crate::real::{Real, add, dot, scale, sub};
+use crate::topology::Csr;
 
 /// By how much a cone is wider, as the squared sine of an angle: neighbouring cones overlap, so that rounding leaves no gap between
 /// them. Where surfaces are flat, all edges that cross would count beside their faces if it were much more.
@@ -21,41 +22,16 @@ pub const WIDER_KEPT: f64 = 1e-4;
 /// squared distance.
 pub const ROUNDED: f64 = 1.6e-13;
 
-/// The triangles around each place: for each, its other two corners.
-#[derive(Default)]
-pub struct Fans {
-    starts: Vec<u32>,
-    others: Vec<[u32; 2]>,
-}
-
-impl Fans {
-    /// Of triangles, among so many places.
-    pub fn new(places: usize, triangles: &[[u32; 3]]) -> Self {
-        let mut starts = vec![0; places + 1];
-        triangles.iter().flatten().for_each(|&place| starts[place as usize + 1] += 1);
-        for place in 0..places {
-            starts[place + 1] += starts[place];
-        }
-        let (mut next, mut others) = (starts.clone(), vec![[0; 2]; 3 * triangles.len()]);
-        for &[a, b, c] in triangles {
-            for (place, two) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-                let at = &mut next[place as usize];
-                others[*at as usize] = two;
-                *at += 1;
-            }
-        }
-        Self { starts, others }
-    }
-
-    /// That of a place.
-    pub fn of(&self, place: u32) -> &[[u32; 2]] {
-        &self.others[self.starts[place as usize] as usize..self.starts[place as usize + 1] as usize]
-    }
-
-    /// Bytes that they take.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.starts[..]) + size_of_val(&self.others[..])
-    }
+/// The triangles around a place: for each, its other two corners. `corners` is [`Csr::corners`] of the triangles.
+pub fn fan<'a>(
+    corners: &'a Csr,
+    triangles: &'a [[u32; 3]],
+    place: u32,
+) -> impl Iterator<Item = [u32; 2]> + use<'a> {
+    corners.row(place as usize).iter().map(|&corner| {
+        let (triangle, at) = (triangles[corner as usize / 3], corner as usize % 3);
+        [triangle[(at + 1) % 3], triangle[(at + 2) % 3]]
+    })
 }
 
 /// A pair where it is nearest.
@@ -71,22 +47,24 @@ pub struct Nearest<T> {
 }
 
 impl<T: Real> Nearest<T> {
-    /// Whether each side stands in the normal cone of the other, where `x` are positions [m]. A vertex has none of its own.
-    pub fn is_in_cones<'a>(&self, fan: impl Fn(u32) -> &'a [[u32; 2]], x: impl Fn(u32) -> [T; 3]) -> bool {
+    /// Whether each side stands in the normal cone of the other, where `fan` has the other corners of the triangles around a place,
+    /// and `x` are positions [m]. A vertex has no cone of its own.
+    pub fn is_in_cones<F: Iterator<Item = [u32; 2]>>(
+        &self,
+        fan: impl Fn(u32) -> F,
+        x: impl Fn(u32) -> [T; 3],
+    ) -> bool {
         let Self { kind, nodes: [a, b, c, d], weights: [u, v, w, z], apart, carries } = *self;
         let wider = T::from_f64(if carries { WIDER_KEPT } else { WIDER });
         let way = scale(apart, -T::ONE);
         let edge = |ends: [u32; 2], weights: [T; 2], way: [T; 3]| {
-            fan(ends[0]).iter().filter(|two| two.contains(&ends[1])).all(|&[one, other]| {
+            fan(ends[0]).filter(|two| two.contains(&ends[1])).all(|[one, other]| {
                 let corner = x(if one == ends[1] { other } else { one });
                 let part = |end: usize| scale(sub(x(ends[end]), corner), weights[end]);
                 is_beyond(way, add(part(0), part(1)), wider)
             })
         };
-        let corner = |at: u32| {
-            let around = fan(at).iter().flatten();
-            around.into_iter().all(|&other| is_beyond(apart, sub(x(at), x(other)), wider))
-        };
+        let corner = |at: u32| fan(at).flatten().all(|other| is_beyond(apart, sub(x(at), x(other)), wider));
         if kind == Kind::EdgeEdge {
             let are_inside = [u, v, w, z].iter().all(|&weight| weight != T::ZERO);
             return are_inside && edge([a, b], [u, v], way) && edge([c, d], [-w, -z], apart);
@@ -145,7 +123,7 @@ mod tests {
 
     /// Pairs of a point with all triangles: distance, direction from the triangle, whether it counts.
     fn pairs(point: [f64; 3], x: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<(f64, [f64; 3], bool)> {
-        let (own, fans) = (x.len() as u32, Fans::new(x.len(), triangles));
+        let (own, corners) = (x.len() as u32, Csr::corners(x.len(), triangles));
         let at = |place: u32| if place == own { point } else { x[place as usize] };
         let of = |&[a, b, c]: &[u32; 3]| {
             let nodes = [own, a, b, c];
@@ -158,7 +136,11 @@ mod tests {
                 carries: false,
             };
             let distance = norm(found.apart);
-            (distance, scale(found.apart, 1.0 / distance), nearest.is_in_cones(|place| fans.of(place), at))
+            (
+                distance,
+                scale(found.apart, 1.0 / distance),
+                nearest.is_in_cones(|place| fan(&corners, triangles, place), at),
+            )
         };
         triangles.iter().map(of).collect()
     }
@@ -177,7 +159,7 @@ mod tests {
         let (sin, cos) = 0.7_f64.sin_cos();
         let turned = |[x, y, z]: [f64; 3]| [x * cos - y * sin + 3.3, x * sin + y * cos - 5.7, z + 2.1];
         let (x, triangles) = sheet(|_, _| 0.0);
-        let fans = Fans::new(x.len(), &triangles);
+        let corners = Csr::corners(x.len(), &triangles);
         let mut random = SplitMix64::new(9);
         for _ in 0..2000 {
             // Above the diagonals.
@@ -194,7 +176,7 @@ mod tests {
                 let kind = Kind::VertexTriangle;
                 let (weights, apart) = (found.weights, found.apart);
                 Nearest { kind, nodes, weights, apart, carries: false }
-                    .is_in_cones(|place| fans.of(place), at)
+                    .is_in_cones(|place| fan(&corners, &triangles, place), at)
             };
             let near = |one: &&[u32; 3]| one.iter().any(|&node| norm(sub(at(node), at(own))) < 1.5);
             assert!(triangles.iter().filter(near).any(counts), "{a}");
@@ -263,7 +245,8 @@ mod tests {
                 [aside + 1.0, 0.5 + upper, 0.0],
                 [aside - 1.0, 0.5 + upper, 0.0],
             ];
-            let fans = Fans::new(8, &[[0, 1, 2], [1, 0, 3], [4, 5, 6], [5, 4, 7]]);
+            let roofs = [[0, 1, 2], [1, 0, 3], [4, 5, 6], [5, 4, 7]];
+            let corners = Csr::corners(8, &roofs);
             let (nodes, at) = ([0, 1, 4, 5], |place: u32| x[place as usize]);
             let found = edge_edge(nodes.map(at));
             let nearest = Nearest {
@@ -273,7 +256,7 @@ mod tests {
                 apart: found.apart,
                 carries: false,
             };
-            nearest.is_in_cones(|place| fans.of(place), at)
+            nearest.is_in_cones(|place| fan(&corners, &roofs, place), at)
         };
         assert!(crossing(0.5, 0.5, 0.2) && crossing(0.0, 0.0, 0.2));
         assert!(!crossing(-0.1, 0.5, 0.2) && !crossing(0.5, -0.1, 0.2));

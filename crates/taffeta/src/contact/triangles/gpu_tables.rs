@@ -301,9 +301,7 @@ impl SurfaceTables {
 
     /// Adds the triangles around each place.
     fn add_fans(&mut self, surfaces: &Surfaces, bodies: &Bodies<'_>, local: impl Fn(u32) -> u32) {
-        let fan = |place: usize| {
-            surfaces.fans.of(place as u32).iter().flatten().map(|&other| local(other)).collect()
-        };
+        let fan = |place: usize| surfaces.fan(place as u32).flatten().map(&local).collect();
         self.add_lists([layout::FANS_AT, layout::FAN_ITEMS_AT], places(surfaces, bodies).map(fan));
     }
 

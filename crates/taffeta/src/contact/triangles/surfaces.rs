@@ -7,13 +7,13 @@ use crate::contact::colliders::moving::MovingCollider;
 use crate::contact::nodes::build::exclusions;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
-use crate::contact::triangles::cones::Fans;
+use crate::contact::triangles::cones::fan;
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
 use crate::scene::{ContactForm, ContactZone, Scene, SceneError, SelfCollision, plain};
 use crate::topology::boxes::{around, leaf_order};
-use crate::topology::{Piercing, measure, piercings_apart};
+use crate::topology::{Csr, Piercing, measure, piercings_apart};
 use std::collections::{HashMap, HashSet};
 
 /// A body, a vertex or a triangle that is none.
@@ -71,8 +71,8 @@ pub struct Surfaces {
     pub leaves: Vec<Leaf>,
     /// Nodes of two leaves that are one, or neighbours.
     pub rings: Rings,
-    /// The triangles around each place.
-    pub fans: Fans,
+    /// For each place the corners of triangles at it.
+    pub corners_at: Csr,
     /// For each place the least of those that are sewn to the same point.
     pub points: Vec<u32>,
     /// Mean length of the bodies' edges at the start [m].
@@ -356,6 +356,11 @@ impl Surfaces {
         held.filter(|&node| (node as usize) < self.places).collect()
     }
 
+    /// The triangles around a place: for each, its other two corners.
+    pub fn fan(&self, place: u32) -> impl Iterator<Item = [u32; 2]> + use<'_> {
+        fan(&self.corners_at, &self.triangles, place)
+    }
+
     /// Number of places, those of corners of colliders among them.
     pub fn all_places(&self) -> usize {
         self.start.len()
@@ -376,7 +381,7 @@ impl Surfaces {
         let Cut { leaves, edges, vertices } = Cut::new(&self.triangles, materials, &listed.held);
         (self.leaves, self.edges, self.vertices) = (leaves, edges, vertices);
         let lengths = self.edges.iter().map(|&edge| measure::length(&self.start, edge));
-        self.fans = Fans::new(self.all_places(), &self.triangles);
+        self.corners_at = Csr::corners(self.all_places(), &self.triangles);
         self.longest_edge = lengths.clone().fold(0.0, f64::max);
         let soft = self.edges.iter().zip(lengths).filter(|(edge, _)| (edge[0] as usize) < self.places);
         let (sum, count) = soft.fold((0.0, 0_u32), |(sum, count), (_, length)| (sum + length, count + 1));

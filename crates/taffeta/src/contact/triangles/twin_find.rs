@@ -12,7 +12,6 @@ use crate::contact::triangles::tangle::{Knot, Rule};
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::NONE;
 use crate::real::{Real, add, cross, dot, norm, scale, sub};
-use taffeta_gpu::bytemuck;
 
 /// A pair of primitives of two leaves.
 pub struct Candidate {
@@ -252,7 +251,7 @@ impl Twin {
             let [from, to] =
                 [0, 1].map(|end| self.tables[self.table(layout::FANS_AT) + place as usize + end]);
             let items = &self.tables[self.table(layout::FAN_ITEMS_AT)..];
-            bytemuck::cast_slice(&items[from as usize..to as usize])
+            items[from as usize..to as usize].chunks_exact(2).map(|two| [two[0], two[1]])
         };
         nearest.is_in_cones(fan, |place| self.place(layout::BEFORE, place as usize))
     }

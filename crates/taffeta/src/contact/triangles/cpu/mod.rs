@@ -412,7 +412,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             + self.start.iter().map(|column| size_of_val(&column[..])).sum::<usize>()
             + size_of_val(&self.surfaces.leaves[..])
             + self.surfaces.rings.bytes()
-            + self.surfaces.fans.bytes()
+            + self.surfaces.corners_at.bytes()
             + self.leaves.bytes()
             + self.leaves_by_place.bytes()
             + self.counts.bytes()

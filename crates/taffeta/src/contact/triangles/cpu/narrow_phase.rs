@@ -1,7 +1,6 @@
 //! The narrow phase: the vertices and triangles, and the edges, of two leaves that are near each other.
 
 use crate::contact::clusters::packed::{Packed, range};
-use crate::contact::triangles::cones::Fans;
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
 use crate::contact::triangles::cpu::lanes::{Distances, Lanes, Places, gather};
 use crate::contact::triangles::impulse::KEEPS;
@@ -332,8 +331,7 @@ pub struct Look<'a, T> {
     /// Thickness of their pairs that are no neighbours [m], and friction.
     pub thickness: T,
     pub friction: T,
-    /// The triangles around each place.
-    pub fans: &'a Fans,
+    pub surfaces: &'a Surfaces,
     /// Positions at the start [m].
     pub start: [&'a [T]; 3],
     pub level: SimdLevel,
@@ -361,7 +359,7 @@ impl<'a, T: Real> Look<'a, T> {
             ring: (pair.ring > 0).then(|| surfaces.rings.ring(pair.ring)),
             thickness,
             friction,
-            fans: &surfaces.fans,
+            surfaces,
             start,
             level,
         }

@@ -45,7 +45,9 @@ impl<T: Real> Look<'_, T> {
         let (kind, nodes, weights) = (close.kind(), close.nodes, seen.weights.map(|lanes| lanes[lane]));
         let nearest =
             Nearest { kind, nodes, weights, apart: seen.apart.map(|lanes| lanes[lane]), carries: !is_new };
-        if !nearest.is_in_cones(|place| self.fans.of(place), |place| x.map(|column| column[place as usize])) {
+        if !nearest
+            .is_in_cones(|place| self.surfaces.fan(place), |place| x.map(|column| column[place as usize]))
+        {
             return None;
         }
         let key = close.candidate.key(self.leaves.map(|leaf| leaf.first));
