@@ -51,7 +51,7 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
 
 /// Nodes near their start, some of which go far.
 pub fn fixture(seed: u64) -> Result<Fixture, String> {
-    fixture_with(seed, Solver::default(), 0.031)
+    fixture_with(seed, Solver::default(), 0.021)
 }
 
 /// The same with a solver, and with sheets so far from each other [m].

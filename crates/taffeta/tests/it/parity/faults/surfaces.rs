@@ -70,7 +70,6 @@ pub const FAULTS: &[Fault] = &[
         "if !is_in_cones(nodes_of(one.lanes), one.first, found, !is_new) {",
         "if false {",
     ),
-    ("find_surface_contacts", "let wider = select(WIDER, WIDER_KEPT, carries);", "let wider = WIDER;"),
     ("find_surface_contacts", "if one == ends.y || other == ends.y {", "if one == ends.y {"),
     (
         "find_surface_contacts",
@@ -91,11 +90,6 @@ pub const FAULTS: &[Fault] = &[
         "find_surface_contacts",
         "return leaves_corner(select(select(nodes.w, nodes.z, has.z), nodes.y, has.y), found.apart, wider);",
         "return true;",
-    ),
-    (
-        "find_surface_contacts",
-        "return leaves_edge(nodes.yw, w.yw * -1.0, found.apart, wider);",
-        "return leaves_edge(nodes.yw, w.wy * -1.0, found.apart, wider);",
     ),
     (
         "find_surface_contacts",
