@@ -22,8 +22,8 @@ use crate::topology::{Piercing, piercings_apart};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Intersections {
-    /// Pairs of an edge and a triangle without a common corner that have a point in common. Corners that are sewn together are
-    /// common.
+    /// Pairs of an edge and a triangle without a common corner that have a point in common. Corners that a rigid seam
+    /// without length joins are common.
     pub pairs: u64,
     /// The first of them in words: body, vertices.
     pub first: Option<String>,
@@ -48,8 +48,9 @@ pub(crate) struct Triangles {
 impl Simulation {
     /// Counts where bodies pass through themselves, each other and the triangles of colliders (meshes, convex hulls, height
     /// fields, boxes), by exact arithmetic on the positions as they are. It shares no code with the contacts of the
-    /// simulation but for what is sewn together, so it can check them. Nodes keep their distance from round colliders, which are not looked at; nor are two
-    /// bodies that do not touch each other by [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`.
+    /// simulation but for what is sewn together, so it can check them. Nodes keep their distance from round colliders, which are
+    /// not looked at; nor are two bodies that do not touch each other by
+    /// [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`.
     pub fn intersections(&self) -> Intersections {
         let triangles = self.triangles.get_or_init(|| self.list_triangles());
         let nodes = self.corners();

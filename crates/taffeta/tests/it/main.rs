@@ -34,5 +34,6 @@ mod start;
 mod statics;
 mod strain;
 mod surfaces;
+mod surfaces_sewn;
 mod tangled;
 mod volume;

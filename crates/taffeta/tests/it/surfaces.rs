@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use taffeta::scene::{
     Body, Collider, ConstraintForm, ContactForm, ContactZone, Cuboid, Cylinder, Keyframe, Mass, Material,
-    Mesh, Method, Pin, Scene, Seam, SeamSide, Select, SelfCollision, Torus,
+    Mesh, Method, Pin, Scene, Select, SelfCollision, Torus,
 };
 use taffeta::{Precision, Simulation};
 
@@ -23,14 +23,14 @@ fn touching(body: Body, friction: f64) -> Body {
 }
 
 /// A sheet of nodes every 2 cm, 8 g each square metre and tenth.
-fn sheet(name: &str, nodes: [u32; 2], at: V, friction: f64) -> Body {
+pub fn sheet(name: &str, nodes: [u32; 2], at: V, friction: f64) -> Body {
     let size = nodes.map(|n| f64::from(n - 1) * 0.02);
     let body = Body::cloth(name, Mesh::grid(nodes[0], nodes[1], size)).with_mass(Mass::Node(8e-5)).at(at);
     touching(body.structural(40.0, 0.004).shear(20.0, 0.004).bend(2.0, 1e-3), friction)
 }
 
 /// The same as a fabric, solved for implicitly.
-fn fabric(name: &str, nodes: [u32; 2], at: V) -> Body {
+pub fn fabric(name: &str, nodes: [u32; 2], at: V) -> Body {
     let size = nodes.map(|n| f64::from(n - 1) * 0.02);
     touching(
         Body::cloth(name, Mesh::grid(nodes[0], nodes[1], size))
@@ -40,7 +40,7 @@ fn fabric(name: &str, nodes: [u32; 2], at: V) -> Body {
     )
 }
 
-fn implicit(mut scene: Scene, step: f64) -> Scene {
+pub fn implicit(mut scene: Scene, step: f64) -> Scene {
     scene = scene.method(Method::Ice).time(1.0 / 60.0, step);
     scene.solver.ice.form = ConstraintForm::Primal;
     scene
@@ -51,7 +51,7 @@ fn build(scene: &Scene) -> Simulation {
 }
 
 /// Runs frames, and has none with an intersection.
-fn run_free(simulation: &mut Simulation, frames: u32, what: &str) {
+pub fn run_free(simulation: &mut Simulation, frames: u32, what: &str) {
     for _ in 0..frames {
         run(simulation, 1);
         let found = simulation.intersections();
@@ -184,46 +184,6 @@ fn a_stack_comes_to_rest_in_its_order() {
         let between = (two[1] - two[0]) / THICK;
         assert!((0.85..1.1).contains(&between), "{heights:?}");
     }
-}
-
-#[test]
-fn what_is_sewn_together_does_not_pass_through_itself() {
-    // Three panels along one seam, like an armpit: neither is sewn to both others.
-    let row = |name: &str, row| SeamSide::new(name, Select::rows(row, row));
-    let hanging = |name: &str, tilt: f64, [y, z]: [f64; 2]| Body {
-        place: turned([1.0, 0.0, 0.0], tilt, [0.1, 0.4 + y, 0.3 + z]),
-        ..fabric(name, [7, 7], [0.0; 3])
-    };
-    // Rounding puts nodes of a seam at places that are not quite the same.
-    let mut scene = implicit(Scene::new("armpit"), 1.0 / 120.0);
-    scene = scene.body(hanging("upper", 90.0, [0.064, 0.0]).pin(Select::rows(0, 0)));
-    scene = scene
-        .body(hanging("lower", 80.0, [-0.063, 0.014]).with_material(Material::preset("linen")))
-        .body(hanging("aside", 110.0, [-0.06, -0.024]));
-    scene = scene.seam(Seam::new(row("upper", 6), row("lower", 0)));
-    scene = scene.seam(Seam::new(row("lower", 0), row("aside", 0)));
-    let mut simulation = build_as(&scene, Precision::F32, 2);
-    run_free(&mut simulation, 40, "an armpit");
-    assert!(simulation.report().pairs > 0);
-}
-
-#[test]
-fn a_seam_hides_no_intersection_beside_it() {
-    let count = |seam: Option<Seam>| {
-        let mut through = sheet("through", [7, 7], [0.0; 3], 0.3);
-        through.place = turned([1.0, 0.0, 0.1], 80.0, [0.003, 0.0, 0.001]);
-        let scene = Scene::new("crossed").time(1.0 / 60.0, 5e-4).body(sheet("flat", [7, 7], [0.0; 3], 0.3));
-        let scene = scene.body(through);
-        build(&seam.into_iter().fold(scene, Scene::seam)).intersections().pairs
-    };
-    let all = count(None);
-    assert!(all > 10, "{all}");
-    // Corners that are far from each other, and nodes next to each other on the line along which the sheets cross.
-    assert_eq!(count(Some(Seam::pairs("flat", "through", [[0, 48]]))), all);
-    let beside = count(Some(Seam::pairs("flat", "through", [[24, 24]])));
-    assert!(beside < all && beside > all / 2, "{beside} of {all}");
-    let soft = Seam { k: Some(10.0), ..Seam::pairs("flat", "through", [[24, 24]]) };
-    assert_eq!(count(Some(soft)), all);
 }
 
 #[test]

@@ -17,9 +17,7 @@ pub const WIDER: f64 = 1e-8;
 /// The same for a pair that carried a force. What lies flat is a little bent one way or the other in each sub-step: pairs that came
 /// and went would keep it from coming to rest.
 pub const WIDER_KEPT: f64 = 1e-4;
-
-/// What rounding may add to that, for a part of a surface that is so far away and so large: (4e-7)² times the squared extent by the
-/// squared distance.
+/// What rounding in 32 bits adds to that: so much, (4e-7)², times the squared extent of a face by its squared distance.
 pub const ROUNDED: f64 = 1.6e-13;
 
 /// The triangles around a place: for each, its other two corners. `corners` is [`Csr::corners`] of the triangles.

@@ -8,7 +8,7 @@
 const WIDER: f32 = 1e-8;
 /// The same for a pair that carried a force.
 const WIDER_KEPT: f32 = 1e-4;
-/// What rounding may add to that, times the squared extent by the squared distance.
+/// What rounding adds to that: so much times the squared extent of a face by its squared distance.
 const ROUNDED: f32 = 1.6e-13;
 
 /// Whether a way from a point leads away from the face or edge that ends there, given by a vector from its inside, or is off by an
