@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_large_flat_sheet_pushes_whatever_the_rounding() {
-        // Triangles a thousand times as large as the distance, turned and far from the origin, in 32 bits.
+        // Triangles ten thousand times as large as the distance, turned and far from the origin, in 32 bits.
         let (sin, cos) = 0.7_f64.sin_cos();
         let turned = |[x, y, z]: [f64; 3]| [x * cos - y * sin + 3.3, x * sin + y * cos - 5.7, z + 2.1];
         let (x, triangles) = sheet(|_, _| 0.0);
@@ -162,7 +162,7 @@ mod tests {
         for _ in 0..2000 {
             // Above the diagonals.
             let (a, own) = (0.5 + 3.0 * random.unit(), x.len() as u32);
-            let point = turned([a, 1e-3, 4.0 - a]);
+            let point = turned([a, 1e-4, 4.0 - a]);
             let at = |place: u32| {
                 let place = place as usize;
                 (if place < x.len() { turned(x[place]) } else { point }).map(|x| x as f32)
