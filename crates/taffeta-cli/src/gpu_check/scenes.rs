@@ -4,7 +4,8 @@ use super::guard::guarded;
 use crate::bench::kernels;
 use serde::Serialize;
 use taffeta::scene::{
-    Body, Collider, Icosphere, Mass, Mesh, Scene, Select, Volume, VolumeForm, VolumeWeights,
+    Body, Collider, ConstraintForm, Icosphere, Mass, Material, Mesh, Method, Scene, Select, Volume,
+    VolumeForm, VolumeWeights,
 };
 use taffeta::taffeta_gpu::Gpu;
 use taffeta::{GpuKernels, GpuOptions, Options, Simulation};
@@ -49,8 +50,9 @@ pub fn checks(small: bool) -> Vec<Check> {
     let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
     let others =
         [single, several].map(check(drape, 20)).into_iter().chain([single, several].map(check(hinged, 20)));
-    let (kept, touching) = (check(kept, 20)(several), check(touching, 10)(several));
-    flags.into_iter().chain(others).chain([kept, touching]).collect()
+    let alone = [check(kept, 20)(several), check(touching, 10)(several)];
+    let surfaces = [check(surfaces, 8)(several), check(fabrics, 8)(several)];
+    flags.into_iter().chain(others).chain(alone).chain(surfaces).collect()
 }
 
 fn sheet(rows: u32, cols: u32, size: [f64; 2]) -> Body {
@@ -115,6 +117,32 @@ fn touching() -> Scene {
         .time(1.0 / 60.0, 1e-3)
 }
 
+/// The triangles of a sheet that falls between one that is held and a box, whose edges they meet.
+fn surfaces() -> Scene {
+    let low = sheet(9, 9, [0.4, 0.4]).collide(0.01).pin(Select::cols(0, 0)).pin(Select::cols(8, 8));
+    let high = Body { name: "high".to_owned(), ..sheet(8, 8, [0.3, 0.3]) }.collide(0.01);
+    Scene::new("triangles that touch")
+        .body(low)
+        .body(high.at([0.017, 0.0105, 0.011]))
+        .collider(Collider::cuboid([0.3, -0.05, 0.0], [0.2, 0.05, 0.1]))
+        .time(1.0 / 60.0, 2e-3)
+}
+
+/// Two fabrics whose forces and contacts are one system of equations.
+fn fabrics() -> Scene {
+    let fabric = |name: &str, nodes: u32, side: f64, preset: &str| {
+        let material = Material::preset(preset);
+        Body::cloth(name, Mesh::grid(nodes, nodes, [side, side])).with_material(material).collide(0.004)
+    };
+    let held = fabric("held", 9, 0.2, "cotton").pin(Select::cols(0, 0)).pin(Select::cols(8, 8));
+    let loose = fabric("loose", 10, 0.15, "jersey").at([0.007, 0.0043, 0.005]);
+    let scene = Scene::new("fabrics that touch").body(held).body(loose);
+    let mut scene = scene.time(1.0 / 60.0, 1.0 / 240.0).method(Method::Ice);
+    scene.solver.ice.form = ConstraintForm::Primal;
+    scene.solver.ice.tolerance = 1e-6;
+    scene
+}
+
 /// Runs a scene once on the CPU and twice on the GPU.
 pub fn compare(check: &Check, gpu: &Gpu) -> Compared {
     let found = guarded(|| both(check, gpu));
@@ -177,7 +205,17 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> (usize, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::farthest;
+    use super::{checks, farthest};
+    use taffeta::{Options, Simulation};
+
+    #[test]
+    fn what_is_there_for_contact_touches() {
+        for check in checks(false).iter().filter(|check| check.scene.title.contains("touch")) {
+            let mut simulation = Simulation::new(&check.scene, &Options::default()).expect("a scene");
+            let pairs = |_| simulation.advance(1).expect("a frame").pairs;
+            assert!((0..check.frames).map(pairs).max() > Some(10), "{}", check.scene.title);
+        }
+    }
 
     #[test]
     fn what_is_no_number_is_farthest() {
