@@ -33,7 +33,7 @@ use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
 use crate::solvers::implicit::gpu_layout::{VECTORS, Vector, When};
 use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
-use crate::step::FILTERS;
+use crate::step::{FILTERS, IMPULSES};
 use crate::topology::LANES;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::volume::{FEW, FLAT, Form};
@@ -43,6 +43,12 @@ use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 
 /// Constants that the Rust side has within a function, or not at all.
 const ALONE: &[&str] = &[
+    "FRONT",
+    "IS_LEFT",
+    "MOST_OPEN_AT",
+    "OPEN_AT",
+    "PLACE",
+    "LEAF_LANES",
     "TAN_EIGHTH",
     "FLOOR",
     "DAMPING",
@@ -119,6 +125,7 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("NEIGHBOURS", NEIGHBOURS),
         ("LOOSE_REACH", LOOSE_REACH),
         ("JAMS", f64::from(filter::JAMS)),
+        ("IMPULSES", IMPULSES as f64),
         ("MOST_FILTER_ROUNDS", FILTERS as f64),
         ("WIDER", cones::WIDER),
         ("WIDER_KEPT", cones::WIDER_KEPT),

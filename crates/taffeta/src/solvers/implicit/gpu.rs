@@ -63,6 +63,14 @@ pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
 
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 2;
+/// Most steps that are written down at the start, with a place where a further Newton step may begin at the end; after so many
+/// frames no more than they needed.
+const STEPS_AT_START: u32 = 3 * BETWEEN_NEWTON_STEPS + 1;
+const LOOKED_BACK: u32 = 30;
+/// Words of `written_steps` of levels.wgsl, and two of them.
+const STEP_WORDS: usize = 4;
+const MOST_OPEN_AT: usize = 2;
+const IS_LEFT: usize = 3;
 /// Steps beside iterations: that which takes the changes to start from.
 const MORE_STEPS: u32 = 1;
 /// Where the solver finds how many Newton steps it takes: iterations from one place where a further one may begin to the next,
@@ -132,8 +140,15 @@ pub struct Implicit {
     levels: usize,
     newton_steps: u32,
     is_second_order: bool,
-    /// Steps that are written down for a Newton step.
+    /// Steps that a Newton step may need, and those that are written down for one. If these do not suffice the frame is repeated.
     steps: u32,
+    room: u32,
+    step_words: Buffer<u32>,
+    read_steps: ReadBack<u32>,
+    /// What the last frame has counted of them; the last place at which systems were open since steps were fitted to that, and in
+    /// how many frames.
+    counted_steps: Vec<u32>,
+    needed: (u32, u32),
 }
 
 impl Implicit {
@@ -206,6 +221,11 @@ impl Implicit {
             newton_steps: ice.newton_steps,
             is_second_order: assembly.solver.is_second_order(),
             steps: steps(multigrid.iterations, ice),
+            room: steps(multigrid.iterations, ice).min(STEPS_AT_START),
+            step_words: gpu.buffer("steps that are written down", STEP_WORDS)?,
+            read_steps: gpu.read_back("steps that are written down", STEP_WORDS)?,
+            counted_steps: Vec::new(),
+            needed: (0, 0),
         }))
     }
 
@@ -367,12 +387,12 @@ impl Implicit {
         all.push(Command::run(self.name("start_nodes"), nodes));
     }
 
-    /// Conjugate gradients.
+    /// Conjugate gradients, in the steps that are written down.
     fn iterate<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
         let has_tail = !self.parts[self.tail()].groups.is_empty();
         let levels: Vec<(usize, usize)> =
             (1..=self.wide_levels()).map(|level| (self.wide(level), level)).collect();
-        for step in 0..self.steps {
+        for step in 0..self.room {
             if self.is_automatic() && step > 0 && step % BETWEEN_NEWTON_STEPS == 0 {
                 self.go_on(features, all);
             }
@@ -380,7 +400,7 @@ impl Implicit {
                 all.push(Command::run(Name::new("count_open_systems"), 1));
             }
             all.push(self.counted("step_nodes", (0, 0)));
-            if step + 1 == self.steps {
+            if step + 1 == self.room {
                 // Nothing asks for what it leaves.
                 break;
             }
@@ -397,6 +417,19 @@ impl Implicit {
             all.push(self.counted("prolong_level", (0, 0)));
             all.extend(self.multiplied("multiply_cycle", "smooth_nodes"));
             all.extend(self.multiplied("multiply_cycled", "apply_nodes"));
+        }
+        all.push(Command::run(Name::new("count_left"), 1));
+    }
+
+    /// Leaves away what a number of frames did not need: each dispatch takes time, also without workgroups.
+    fn note_needed(&mut self) {
+        let (most, frames) = &mut self.needed;
+        *most = (*most).max(self.counted_steps[MOST_OPEN_AT]);
+        *frames += 1;
+        if *frames == LOOKED_BACK {
+            let needed = (BETWEEN_COUNTS * *most).next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS;
+            self.room = self.room.min(needed);
+            self.needed = (0, 0);
         }
     }
 
@@ -455,6 +488,7 @@ impl Feature for Implicit {
             ("product_sums", &self.product_sums),
             ("level_counts", &self.counts),
             ("statistics", &self.statistics),
+            ("written_steps", &self.step_words),
         ];
         if let Some(JoinedBuffers { systems, joins }) = &self.joined {
             let both: [(&'static str, &dyn Bindable); 2] = [("systems", systems), ("joins", joins)];
@@ -488,10 +522,12 @@ impl Feature for Implicit {
 
     fn start_frame(&mut self, gpu: &Gpu) {
         self.statistics.write(gpu, 0, &[SolveStatistics::default()]);
+        self.step_words.write(gpu, 0, &[0; STEP_WORDS]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
         list.copy(&self.statistics, &self.read_statistics);
+        list.copy(&self.step_words, &self.read_steps);
     }
 
     fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
@@ -503,13 +539,36 @@ impl Feature for Implicit {
         let of_step = 6 + of_contacts + 4 * self.wide_levels();
         let of_elements = if self.couplings.is_some() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
         let set_up = 6 + 2 * of_contacts + 3 * self.levels + of_elements;
-        let further = if self.is_automatic() { self.steps / BETWEEN_NEWTON_STEPS } else { 0 };
-        let of_iterations = self.steps as usize * of_step + further as usize * set_up;
+        let further = if self.is_automatic() { self.room / BETWEEN_NEWTON_STEPS } else { 0 };
+        let of_iterations = self.room as usize * of_step + further as usize * set_up;
         self.newton_steps.max(1) as usize * (of_iterations + set_up)
+    }
+
+    fn may_repeat(&self) -> bool {
+        self.steps > STEPS_AT_START
     }
 
     fn lasting(&self) -> Vec<&dyn Bindable> {
         vec![&self.vectors]
+    }
+
+    fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        if !self.may_repeat() {
+            return Ok(false);
+        }
+        self.read_steps.take(gpu, &mut self.counted_steps)?;
+        let is_short = self.counted_steps[IS_LEFT] > 0 && self.room < self.steps;
+        if !is_short {
+            self.note_needed();
+        }
+        Ok(is_short)
+    }
+
+    fn grow(&mut self, _: &Gpu) -> Result<(), GpuError> {
+        if self.counted_steps.get(IS_LEFT).is_some_and(|&left| left > 0) {
+            self.room = (2 * self.room - MORE_STEPS).min(self.steps);
+        }
+        Ok(())
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {

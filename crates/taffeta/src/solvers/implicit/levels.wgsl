@@ -118,6 +118,17 @@ struct ElementSums {
 /// Workgroups of what comes next, as in `level_sizes`; three words each.
 @group(3) @binding(46) var<storage, read_write> level_counts: array<u32>;
 
+/// Newton steps in a sub-step at most.
+const MOST_STEPS: u32 = 8u;
+
+/// Steps that are written down: at how many places this solve has counted open systems, and at which there were some last; the last
+/// such place of all solves of a frame; whether one had systems left that more steps would have gone on with.
+@group(3) @binding(49) var<storage, read_write> written_steps: array<u32>;
+const PLACE: u32 = 0u;
+const OPEN_AT: u32 = 1u;
+const MOST_OPEN_AT: u32 = 2u;
+const IS_LEFT: u32 = 3u;
+
 /// Number of sorts of vectors.
 const VECTORS: u32 = 15u;
 /// The residual, filtered by what holds nodes; mass [kg] in w.

@@ -10,8 +10,6 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
-/// Newton steps in a sub-step at most.
-const MOST_STEPS: u32 = 8u;
 /// Energy that Newton steps may leave, relative to that of the motion.
 const LEFT: f32 = 0.1;
 

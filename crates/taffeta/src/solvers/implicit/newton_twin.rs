@@ -69,6 +69,25 @@ impl Twin<'_> {
         }
     }
 
+    /// Counts open systems at one place more.
+    pub fn count_open(&mut self) {
+        let any = self.work.solves.iter().any(|solve| solve.kept.is_done == 0);
+        let [place, open_at, ..] = &mut self.work.steps;
+        *place += 1;
+        *open_at = if any { *place } else { *open_at };
+    }
+
+    /// Notes how far a solve came.
+    pub fn count_left(&mut self) {
+        let is_automatic = self.solving.is_automatic != 0;
+        let is_left = |solve: &NodeSolve| {
+            let waits = is_automatic && solve.is_met == 0 && solve.steps + 1 < MOST_STEPS;
+            waits || solve.next.is_done == 0
+        };
+        let [_, open_at, most, left] = self.work.steps;
+        self.work.steps = [0, 0, most.max(open_at), left | u32::from(self.work.solves.iter().any(is_left))];
+    }
+
     /// Workgroups that a kernel counts; those of other times stay as they are.
     pub fn counts(&self, entry: &str, other: u32) -> Vec<u32> {
         let solves = &self.work.solves;

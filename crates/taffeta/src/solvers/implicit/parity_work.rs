@@ -71,6 +71,7 @@ pub fn work(fixture: &Fixture, solving: &Solving, shift: usize, in_contact: bool
             SolveStatistics { iterations: 3, capped: 5, active_fraction: 0.1, residual: 1e-6 },
             SolveStatistics { iterations: 3_000, capped: 0, active_fraction: 1.0, residual: 1e9 },
         ][shift % 2],
+        steps: [[3, 2, 7, 0], [7, 9, 4, 0], [0, 0, 5, 1]][shift % 3],
     };
     if multigrid.couplings.is_some() {
         // Sums of elements' blocks are never flat; others would be inverted to anything.
@@ -189,6 +190,7 @@ pub fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Co
         ("new_velocity", words(&work.new_velocity)),
         ("new_position", words(&work.new_position)),
         ("statistics", words(&[work.statistics])),
+        ("written_steps", work.steps.to_vec()),
     ]);
     if let Some(couplings) = &multigrid.couplings {
         all.extend([
@@ -219,6 +221,7 @@ pub fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts
             "new_velocity" => written.fours("new_velocity", &wanted.new_velocity),
             "new_position" => written.fours("new_position", &wanted.new_position),
             "statistics" => statistics(written, &wanted.statistics),
+            "written_steps" => records(written, "written_steps", &wanted.steps),
             "couplings" => blocks(written, &wanted.elements.words),
             // Kernels of a kind write them.
             "element_forces" => all_fours(written, "element_forces", &wanted.elements.forces),

@@ -176,7 +176,30 @@ fn count_open_systems(@builtin(local_invocation_index) lane: u32) {
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
         open += select(0u, 1u, node_solves[i].kept.is_done == 0u);
     }
-    put_counts(lane, ITERATED, count_of_lanes(lane, open) > 0u);
+    let any = count_of_lanes(lane, open) > 0u;
+    put_counts(lane, ITERATED, any);
+    if lane == 0u {
+        written_steps[PLACE] += 1u;
+        written_steps[OPEN_AT] = select(written_steps[OPEN_AT], written_steps[PLACE], any);
+    }
+}
+
+/// Notes how far a solve came, after the steps that are written down.
+@compute @workgroup_size(256)
+fn count_left(@builtin(local_invocation_index) lane: u32) {
+    var left = 0u;
+    for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
+        let solve = node_solves[i];
+        let waits = substeps[0].solving.is_automatic != 0u && solve.is_met == 0u && solve.steps < MOST_STEPS - 1u;
+        left += select(0u, 1u, waits || solve.next.is_done == 0u);
+    }
+    let all_left = count_of_lanes(lane, left);
+    if lane == 0u {
+        written_steps[PLACE] = 0u;
+        written_steps[MOST_OPEN_AT] = max(written_steps[MOST_OPEN_AT], written_steps[OPEN_AT]);
+        written_steps[OPEN_AT] = 0u;
+        written_steps[IS_LEFT] |= min(all_left, 1u);
+    }
 }
 
 /// Impulses of springs [N s] with the changes that a Newton step found. Those of a body that takes no further one stay: with

@@ -39,6 +39,8 @@ pub struct Work {
     pub new_velocity: Vec<Four>,
     pub new_position: Vec<Four>,
     pub statistics: SolveStatistics,
+    /// Steps that are written down, as `written_steps`.
+    pub steps: [u32; 4],
     pub elements: OfElements,
 }
 
