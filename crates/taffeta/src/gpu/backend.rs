@@ -27,8 +27,8 @@ use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError};
 /// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
 const AT_ONCE: (usize, usize) = (1024, 16 << 20);
 
-/// Most dispatches that find pulls of constraints and are handed over at once.
-const MOST_DISPATCHES: usize = 1 << 16;
+/// Most dispatches of sub-steps with many that are handed over at once: the device is at work on them while more are written down.
+const MOST_DISPATCHES: usize = 1 << 10;
 
 /// The GPU backend.
 pub struct GpuBackend {
@@ -224,9 +224,11 @@ impl GpuBackend {
                 return Ok(());
             }
             self.times = times;
-            for (partition, backup) in self.partitions.iter_mut().zip(&self.backups) {
+            for (partition, backup) in self.partitions.iter_mut().zip(&mut self.backups) {
                 backup.restore(&self.gpu, partition)?;
                 partition.grow()?;
+                // Buffers may be others now.
+                backup.keep(&self.gpu, partition)?;
             }
         }
     }

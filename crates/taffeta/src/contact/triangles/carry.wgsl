@@ -66,11 +66,11 @@ fn way_of(key: u32) -> f32 {
 }
 
 /// Pushes the nodes of all pairs of two leaves that would come too near: those of the side that the other drives.
-@compute @workgroup_size(256)
+@compute @workgroup_size(64)
 fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
     let pair = leaves.pair;
-    for (var number = lane; number < leaves.count; number += 256u) {
+    for (var number = lane; number < leaves.count; number += LEAF_LANES) {
         let one = candidate(number, leaves.counts);
         if matters(one, pair) && rule_of(nodes_of(one.lanes), one.first) == APART {
             push_side(one, thickness_of(one, leaves.material.x, pair.z > 0u));

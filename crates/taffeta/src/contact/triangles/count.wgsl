@@ -34,6 +34,8 @@ const ON_BOXES: u32 = 13u;
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const MOST_SINKING: f32 = 0.01;
+/// Rounds of impulses at most.
+const IMPULSES: u32 = 12u;
 /// Rounds of the filter at most.
 const MOST_FILTER_ROUNDS: u32 = 64u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
@@ -53,6 +55,11 @@ fn put_each(command: u32, count: u32) {
     put_groups(command, (count + 255u) / 256u);
 }
 
+/// A workgroup for each group of leaves, where pairs are listed.
+fn put_list(is_on: bool) {
+    put_groups(ON_LIST, select(0u, (table(LEAF_COUNT) + LEAF_GROUP - 1u) / LEAF_GROUP, is_on));
+}
+
 fn put_boxes(is_on: bool) {
     for (var level = 0u; level <= table(TOP_LEVEL); level++) {
         put_each(ON_BOXES + level, select(0u, table(LEVEL_BOXES + 2u * level + 1u), is_on));
@@ -70,6 +77,14 @@ fn check_room(list: u32, room: u32, most: u32, flag: u32) -> u32 {
     return min(wanted, room);
 }
 
+/// Notes that so much of what is written down is needed, and whether there is less.
+fn need(most: u32, wanted: u32, room: u32, flag: u32) {
+    atomicMax(&surface_work[most], wanted);
+    if wanted > room {
+        atomicOr(&surface_work[SHORT], flag);
+    }
+}
+
 fn count_contacts() {
     let contacts = check_room(CONTACTS, table(CONTACT_ROOM), MOST_CONTACTS, 2u);
     put_each(ON_CONTACTS, contacts);
@@ -82,14 +97,17 @@ fn count_contacts() {
 
 /// Whether there is another round of impulses: the first correction, and then as long as contacts would sink in.
 fn count_round() {
-    let round = counted(ROUND);
-    let sinks = bitcast<f32>(counted(SINKS));
-    if round >= 1u && !(sinks > MOST_SINKING) {
+    let next = counted(ROUND) + 1u;
+    let goes_on = next == 1u || bitcast<f32>(counted(SINKS)) > MOST_SINKING;
+    if goes_on && next < IMPULSES {
+        need(MOST_IMPULSES, next + 1u, table(IMPULSE_ROOM), 32u);
+    }
+    if !goes_on {
         put_groups(ON_ROUND_CONTACTS, 0u);
         put_groups(ON_ROUND_TOUCHED, 0u);
     }
     set_counted(SINKS, 0u);
-    set_counted(ROUND, round + 1u);
+    set_counted(ROUND, next);
 }
 
 /// Ways are measured: whether they are gone in parts, and which pairs are to be listed again.
@@ -108,7 +126,7 @@ fn count_ways() {
     let places = table(NODE_PLACES);
     put_each(ON_PART, select(0u, places, in_rounds));
     put_boxes(again);
-    put_each(ON_LIST, select(0u, table(LEAF_COUNT), again));
+    put_list(again);
     put_each(ON_MARK, select(0u, places, is_active));
     put_groups(ON_HOLD, 0u);
     set_counted(IN_ROUNDS, select(0u, 1u, in_rounds));
@@ -123,14 +141,14 @@ fn count_ways() {
 fn count_held() {
     let jam = counted(JAM) % STAMPS;
     let is_written = jam < table(JAM_ROOM);
-    if counted(HELD) > 0u && !is_written {
-        atomicOr(&surface_work[SHORT], 8u);
+    if counted(HELD) > 0u {
+        need(MOST_JAMS, jam + 1u, table(JAM_ROOM), 8u);
     }
     let any = counted(HELD) > 0u && is_written;
     if jam == 0u && counted(IS_ACTIVE) != 0u && (any || counted(IN_ROUNDS) != 0u) {
         put_each(ON_HOLD, table(NODE_PLACES));
     }
-    put_each(ON_LIST, select(0u, table(LEAF_COUNT), any));
+    put_list(any);
     if !any {
         put_groups(ON_MARK, 0u);
     }
@@ -147,8 +165,8 @@ fn count_filter_round() {
     let wanted = counted(IS_ACTIVE) != 0u && is_far && gets_on;
     let next = counted(FILTER_ROUND) + 1u;
     let another = wanted && next < table(ROUND_ROOM);
-    if wanted && !another && next < MOST_FILTER_ROUNDS {
-        atomicOr(&surface_work[SHORT], 4u);
+    if wanted && next < MOST_FILTER_ROUNDS {
+        need(MOST_ROUNDS, next + 1u, table(ROUND_ROOM), 4u);
     }
     set_counted(FILTER_ROUND, next);
     set_counted(IS_ACTIVE, select(0u, 1u, another));
@@ -166,7 +184,7 @@ fn count_part() {
     let goes_on = part < parts;
     put_each(ON_CORNERS, select(0u, table(ALL_PLACES), goes_on || part == parts && parts > 0u));
     put_boxes(goes_on);
-    put_each(ON_LIST, select(0u, table(LEAF_COUNT), goes_on));
+    put_list(goes_on);
     set_counted(LISTED, CARRIED);
     if goes_on {
         set_counted(PAIRS, 0u);
@@ -194,8 +212,8 @@ fn count_carried() {
 fn count_pushes() {
     let next = counted(PUSH_ROUND) + 1u;
     let any = counted(PUSHED) > 0u;
-    if any && next == table(PUSH_ROOM) && next < PUSHES {
-        atomicOr(&surface_work[SHORT], 16u);
+    if any && next < PUSHES {
+        need(MOST_PUSHES, next + 1u, table(PUSH_ROOM), 16u);
     }
     if !any {
         put_groups(ON_PUSH, 0u);

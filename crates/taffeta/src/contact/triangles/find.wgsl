@@ -13,15 +13,6 @@
 #import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
 
-/// Part of its distance to the plane that a node may use up, times the largest part of the gap.
-const MOST_OF_GAP: f32 = 0.8075;
-/// How much nearer pairs may come by pushes where no push is longer than 1 along any axis.
-const PUSH_REACH: f32 = 4.0754137;
-/// Pairs that are nearer than this, relative to their thickness, may become contacts while a system is solved for.
-const NEARBY: f32 = 1.25;
-/// What bounds are multiplied by, for rounding.
-const LOOSE_REACH: f32 = 1.0001;
-
 /// Keeps where nodes are where the sub-step begins.
 @compute @workgroup_size(256)
 fn keep_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -161,130 +152,6 @@ fn bound_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     put_box(table(LEVEL_BOXES + 2u * level) + number, low, high, least, most);
 }
 
-/// A leaf that looks for others.
-struct Seeker {
-    leaf: u32,
-    /// Which pairs it lists.
-    kind: u32,
-    low: vec3f,
-    high: vec3f,
-    least: vec3f,
-    most: vec3f,
-    /// Its longest way [m].
-    way: f32,
-}
-
-fn longest_way(least: vec3f, most: vec3f) -> f32 {
-    return norm3(max(abs(least), abs(most)));
-}
-
-/// Distance up to which triangles of two leaves of this thickness matter, the second of which, or what it is one of, is in a
-/// box [m].
-fn reach_of(seeker: Seeker, box_at: u32, thickness: f32) -> f32 {
-    let least = surface_boxes[box_at + 2u].xyz;
-    let most = surface_boxes[box_at + 3u].xyz;
-    if seeker.kind == NEAR || seeker.kind == CARRIED || seeker.kind == SOLVED {
-        let approach = norm3(max(seeker.most - least, most - seeker.least));
-        let by_pushes = select(0.0, PUSH_REACH * substeps[own()].longest_push, seeker.kind == CARRIED);
-        let by_solver = select(0.0, (NEARBY - 1.0) * length_of(THICKEST), seeker.kind == SOLVED);
-        return (KEEPS * thickness + approach / SHARE + length_of(ALLOWANCE) + by_pushes + by_solver) * LOOSE_REACH;
-    }
-    let way = max(seeker.way, longest_way(least, most)) + length_of(ALLOWANCE);
-    let far = bitcast<f32>(counted(FARTHEST_PLACE));
-    let kept = floor_of(length_of(LONGEST_EDGE), length_of(THICKEST), far);
-    return (2.0 * way / MOST_OF_GAP + 2.0 * kept / MOST_SHARE) * LOOSE_REACH;
-}
-
-/// Whether a box is nearer to a leaf than that.
-fn is_in_reach(seeker: Seeker, box_at: u32, reach: f32) -> bool {
-    let gap = max(seeker.low - surface_boxes[box_at + 1u].xyz, surface_boxes[box_at].xyz - seeker.high);
-    let apart = max(gap, vec3f(0.0));
-    return dot3(apart, apart) < reach * reach;
-}
-
-/// The ring of two leaves, the first not after the second; 0: they have none.
-fn ring_of(first: u32, second: u32) -> u32 {
-    var low = surface_tables[table(ROWS_AT) + first];
-    var high = surface_tables[table(ROWS_AT) + first + 1u];
-    let items = table(ROW_ITEMS_AT);
-    while low < high {
-        let middle = (low + high) / 2u;
-        let number = surface_tables[items + 2u * middle];
-        if number == second {
-            return surface_tables[items + 2u * middle + 1u];
-        }
-        if number < second {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return 0u;
-}
-
-/// Whether a leaf lists its pair with another one.
-fn lists_pair(seeker: Seeker, other: u32) -> bool {
-    if seeker.kind == AROUND && other < seeker.leaf {
-        return counted(mark_at(other)) != counted(JAM);
-    }
-    return other >= seeker.leaf;
-}
-
-fn list_pair(seeker: Seeker, other: u32, box_at: u32) {
-    let material = material_of(leaf_word(seeker.leaf, LEAF_MATERIAL), leaf_word(other, LEAF_MATERIAL));
-    let reach = reach_of(seeker, box_at, material.x);
-    if material.x < 0.0 || !is_in_reach(seeker, box_at, reach) {
-        return;
-    }
-    let number = atomicAdd(&surface_work[PAIRS], 1u);
-    if number < table(PAIR_ROOM) {
-        let first = min(seeker.leaf, other);
-        let second = max(seeker.leaf, other);
-        surface_pairs[number] = vec4u(first, second, ring_of(first, second), bitcast<u32>(reach));
-    }
-}
-
-/// Lists pairs of leaves, each of which looks through the boxes from the top.
-@compute @workgroup_size(256)
-fn list_leaf_pairs(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let leaf = node_of(id, lane);
-    if leaf >= table(LEAF_COUNT) {
-        return;
-    }
-    let kind = counted(LISTED);
-    if kind == AROUND && counted(mark_at(leaf)) != counted(JAM) {
-        return;
-    }
-    let own = 4u * leaf;
-    let least = surface_boxes[own + 2u].xyz;
-    let most = surface_boxes[own + 3u].xyz;
-    let way = longest_way(least, most);
-    let seeker = Seeker(leaf, kind, surface_boxes[own].xyz, surface_boxes[own + 1u].xyz, least, most, way);
-    let top = table(TOP_LEVEL);
-    var level = top;
-    var number = 0u;
-    while level <= top {
-        let box_at = 4u * (table(LEVEL_BOXES + 2u * level) + number);
-        let end = (number + 1u) << (4u * level);
-        // Who stands before has listed the pair.
-        let may = kind == AROUND || end > leaf;
-        if may && level == 0u {
-            if lists_pair(seeker, number) {
-                list_pair(seeker, number, box_at);
-            }
-        } else if may && is_in_reach(seeker, box_at, reach_of(seeker, box_at, length_of(THICKEST))) {
-            level--;
-            number *= LEAF_GROUP;
-            continue;
-        }
-        number++;
-        while level <= top && (number % LEAF_GROUP == 0u || number >= table(LEVEL_BOXES + 2u * level + 1u)) {
-            number = (number - 1u) / LEAF_GROUP + 1u;
-            level++;
-        }
-    }
-}
-
 /// What a contact had before: the force in the last sub-step [N], and the impulse that the solver has given it in this one [N·s], if
 /// it has.
 struct LastForce {
@@ -307,13 +174,13 @@ fn last_force(order: vec3u) -> LastForce {
 }
 
 /// The contacts of two leaves.
-@compute @workgroup_size(256)
+@compute @workgroup_size(64)
 fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
     let pair = leaves.pair;
     let for_solver = counted(LISTED) == SOLVED;
     let within = select(1.0, NEARBY, for_solver);
-    for (var number = lane; number < leaves.count; number += 256u) {
+    for (var number = lane; number < leaves.count; number += LEAF_LANES) {
         let one = candidate(number, leaves.counts);
         if !matters(one, pair) {
             continue;
@@ -376,13 +243,13 @@ fn lead_back(one: Candidate, order: vec3u, thickness: f32, above: bool, within: 
 
 /// The limits of the nodes of all pairs of two leaves: of those that come near each other, if all nodes go all their way; of those
 /// around nodes that are held back, by planes that stand still.
-@compute @workgroup_size(256)
+@compute @workgroup_size(64)
 fn limit_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
     let pair = leaves.pair;
     let kind = counted(LISTED);
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
-    for (var number = lane; number < leaves.count; number += 256u) {
+    for (var number = lane; number < leaves.count; number += LEAF_LANES) {
         let one = candidate(number, leaves.counts);
         let nodes = nodes_of(one.lanes);
         if !matters(one, pair) || (kind == AROUND && !any_held(nodes)) || rule_of(nodes, one.first) != APART {

@@ -25,7 +25,7 @@ use crate::gpu::layout::{Four, GROUP, NONE, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::report::FrameSums;
-use crate::step::{FILTERS, Op, Stage};
+use crate::step::{FILTERS, IMPULSES, Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
 
@@ -43,6 +43,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "hold.wgsl",
         "impulse.wgsl",
         "leaf_pairs.wgsl",
+        "list.wgsl",
         "most.wgsl",
         "pull.wgsl",
         "rounds.wgsl",
@@ -61,6 +62,9 @@ const SHORT_OF_CONTACTS: u32 = 2;
 const SHORT_OF_ROUNDS: u32 = 4;
 const SHORT_OF_JAMS: u32 = 8;
 const SHORT_OF_PUSHES: u32 = 16;
+const SHORT_OF_IMPULSES: u32 = 32;
+/// Frames after which no more is written down than they needed.
+const LOOKED_BACK: u32 = 30;
 
 /// How often nodes that are held back may hold back others; the last time all planes stand still.
 const MOST_JAMS: usize = JAMS as usize + 1;
@@ -106,6 +110,9 @@ pub struct TriangleContact {
     read: ReadBack<u32>,
     /// What the last frame has counted.
     counted: Vec<u32>,
+    /// What frames needed at most of what is written down, since it was fitted to that: rounds of impulses and of the filter, jams,
+    /// pushes; and how many frames.
+    needed: ([u32; 4], u32),
     /// Sub-steps of the frame: each searches.
     substeps: u64,
 }
@@ -208,6 +215,7 @@ impl TriangleContact {
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
             read: gpu.read_back("counted of surfaces", layout::LISTS)?,
             counted: Vec::new(),
+            needed: ([0; 4], 0),
             substeps: 0,
             tables,
             room,
@@ -242,7 +250,7 @@ impl TriangleContact {
         }
         let counted = |entry, on| self.counted(Name::new(entry), on);
         commands.extend([
-            self.each("list_leaf_pairs", leaves),
+            Command::run(Name::new("list_leaf_pairs"), leaves.div_ceil(layout::LEAF_GROUP)),
             self.count(layout::COUNT_PAIRS),
             counted("find_surface_contacts", layout::ON_PAIRS),
         ]);
@@ -350,10 +358,40 @@ impl TriangleContact {
     /// Makes lists of this length, with the forces of the last sub-step.
     fn give_room(&mut self, gpu: &Gpu, room: Room, forces: &[(Order, [f32; 3])]) -> Result<(), GpuError> {
         self.lists = Lists::new(gpu, &self.tables, room, forces)?;
+        self.write_down(gpu, room);
+        Ok(())
+    }
+
+    /// Writes down so many rounds, where lists are as long as before.
+    fn write_down(&mut self, gpu: &Gpu, room: Room) {
         self.room = room;
         self.tables.put_room(room);
         self.words.write(gpu, 0, &self.tables.words[..layout::HEADER]);
-        Ok(())
+    }
+
+    /// Notes what a frame needed of what is written down, and leaves away what a number of them did not: each dispatch takes time,
+    /// also without workgroups.
+    fn note_needed(&mut self, gpu: &Gpu) {
+        let (most, frames) = &mut self.needed;
+        let words = self.counted[layout::MOST_IMPULSES..].iter();
+        most.iter_mut().zip(words).for_each(|(most, &needed)| *most = (*most).max(needed));
+        *frames += 1;
+        if *frames < LOOKED_BACK {
+            return;
+        }
+        let [impulses, rounds, jams, pushes] = most.map(|needed| (needed as usize).max(1));
+        self.needed = ([0; 4], 0);
+        let old = self.room;
+        let room = Room {
+            impulses: old.impulses.min(impulses),
+            rounds: old.rounds.min(rounds),
+            jams: old.jams.min(jams),
+            pushes: old.pushes.min(pushes),
+            ..old
+        };
+        if room != old {
+            self.write_down(gpu, room);
+        }
     }
 
     /// The forces of the last sub-step, in the order of contacts; waits for them. If the device is lost, the next frame that is
@@ -392,12 +430,13 @@ impl Feature for TriangleContact {
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let keep = vec![self.each("keep_places", self.tables.places())];
-        let round = [Op::SurfaceImpulses, Op::ApplySurfaceImpulses, Op::Contact];
+        let round = [Op::SurfaceImpulses, Op::ApplySurfaceImpulses, Op::Contact].repeat(IMPULSES);
+        let rounds = (0..self.room.impulses).flat_map(|_| self.round(features)).collect();
         let filter = [Op::SurfaceFilter, Op::ApplySurfaceFilter].repeat(FILTERS);
         vec![
             Fused::new(&[Op::Elements], keep),
             Fused::new(&[Op::SurfaceContacts], self.find("take_places")),
-            Fused::new(&round, self.round(features)),
+            Fused::new(&round, rounds),
             Fused::new(&filter, self.filter()),
         ]
     }
@@ -427,7 +466,7 @@ impl Feature for TriangleContact {
     fn start_frame(&mut self, gpu: &Gpu) {
         self.substeps = 0;
         self.intersections = None;
-        self.lists.work.write(gpu, layout::SHORT, &[0; 3]);
+        self.lists.work.write(gpu, layout::SHORT, &[0; layout::MOST_PUSHES + 1 - layout::SHORT]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
@@ -485,7 +524,7 @@ impl Feature for TriangleContact {
     }
 
     fn dispatches(&self) -> usize {
-        self.find("take_places").len() + self.filter().len() + 3 * crate::step::IMPULSES
+        self.find("take_places").len() + self.filter().len() + 3 * self.room.impulses
     }
 
     fn may_repeat(&self) -> bool {
@@ -498,26 +537,32 @@ impl Feature for TriangleContact {
 
     fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.read.take(gpu, &mut self.counted)?;
-        Ok(self.counted.get(layout::SHORT).is_some_and(|&short| short > 0))
+        let is_short = self.counted.get(layout::SHORT).is_some_and(|&short| short > 0);
+        if !is_short {
+            self.note_needed(gpu);
+        }
+        Ok(is_short)
     }
 
     fn grow(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
         let [short, pairs, contacts] =
             [layout::SHORT, layout::MOST_PAIRS, layout::MOST_CONTACTS].map(|word| self.counted[word]);
         let wider = |room: usize, wanted: u32| room.max(wanted as usize) + (wanted / 2) as usize;
-        let Room { pairs: pair_room, contacts: contact_room, rounds, jams, parts, pushes } = self.room;
+        let old = self.room;
+        let grown = |flag: u32, old: usize, new: usize| if short & flag != 0 { new } else { old };
         let room = Room {
-            pairs: if short & SHORT_OF_PAIRS != 0 { wider(pair_room, pairs) } else { pair_room },
-            contacts: if short & SHORT_OF_CONTACTS != 0 {
-                wider(contact_room, contacts)
-            } else {
-                contact_room
-            },
-            rounds: if short & SHORT_OF_ROUNDS != 0 { (4 * rounds).min(FILTERS) } else { rounds },
-            jams: if short & SHORT_OF_JAMS != 0 { (4 * jams).min(MOST_JAMS) } else { jams },
-            parts,
-            pushes: if short & SHORT_OF_PUSHES != 0 { (4 * pushes).min(PUSHES) } else { pushes },
+            pairs: grown(SHORT_OF_PAIRS, old.pairs, wider(old.pairs, pairs)),
+            contacts: grown(SHORT_OF_CONTACTS, old.contacts, wider(old.contacts, contacts)),
+            impulses: grown(SHORT_OF_IMPULSES, old.impulses, (2 * old.impulses).min(IMPULSES)),
+            rounds: grown(SHORT_OF_ROUNDS, old.rounds, (4 * old.rounds).min(FILTERS)),
+            jams: grown(SHORT_OF_JAMS, old.jams, (4 * old.jams).min(MOST_JAMS)),
+            parts: old.parts,
+            pushes: grown(SHORT_OF_PUSHES, old.pushes, (4 * old.pushes).min(PUSHES)),
         };
+        if (room.pairs, room.contacts) == (old.pairs, old.contacts) {
+            self.write_down(gpu, room);
+            return Ok(());
+        }
         let forces = self.forces(gpu);
         self.give_room(gpu, room, &forces)
     }

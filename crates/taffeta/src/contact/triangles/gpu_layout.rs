@@ -89,6 +89,7 @@ words! {
     IS_SOLVED = 43;
     FANS_AT = 44;
     FAN_ITEMS_AT = 45;
+    IMPULSE_ROOM = 46;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -147,6 +148,10 @@ words! {
     SHORT = 22;
     MOST_PAIRS = 23;
     MOST_CONTACTS = 24;
+    MOST_IMPULSES = 25;
+    MOST_ROUNDS = 26;
+    MOST_JAMS = 27;
+    MOST_PUSHES = 28;
     LISTS = 32;
     STAMPS = 32;
     // Which pairs of leaves are listed.
@@ -184,7 +189,7 @@ words! {
 }
 
 /// Words of the header.
-pub const HEADER: usize = 46;
+pub const HEADER: usize = 47;
 /// Arrays of places.
 pub const PLACE_ARRAYS: usize = 7;
 /// Levels of boxes at most: sixteen times more leaves each.

@@ -10,14 +10,16 @@ use crate::contact::triangles::tangle::{Knot, Pull, Tangle};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::Four;
 use crate::plan::Substep;
-use crate::step::FILTERS;
+use crate::step::{FILTERS, IMPULSES};
 
 /// Room for pairs of leaves, by leaf, and for contacts, by vertex, at the start; rounds of the filter that are written down.
 const PAIRS_A_LEAF: usize = 16;
 const CONTACTS_A_VERTEX: usize = 1;
 const ROUNDS: usize = 1;
+/// Rounds of impulses that are written down at the start.
+const IMPULSES_WRITTEN: usize = 4;
 /// How often nodes that are held back may hold back others, as is written down at the start.
-const JAMS_WRITTEN: usize = 4;
+const JAMS_WRITTEN: usize = 1;
 /// How often nodes that are pushed may push others, as is written down at the start.
 const PUSHES_WRITTEN: usize = 4;
 
@@ -30,6 +32,8 @@ pub struct Room {
     /// Pairs of leaves.
     pub pairs: usize,
     pub contacts: usize,
+    /// Rounds of impulses that are written down.
+    pub impulses: usize,
     /// Rounds of the filter that are written down.
     pub rounds: usize,
     /// How often nodes that are held back may hold back others.
@@ -146,6 +150,7 @@ impl SurfaceTables {
         Room {
             pairs: PAIRS_A_LEAF * self.leaves,
             contacts: CONTACTS_A_VERTEX * self.vertices,
+            impulses: IMPULSES_WRITTEN,
             rounds: ROUNDS,
             jams: JAMS_WRITTEN,
             parts: 0,
@@ -210,6 +215,7 @@ impl SurfaceTables {
     pub fn put_room(&mut self, room: Room) {
         self.words[layout::PAIR_ROOM] = room.pairs as u32;
         self.words[layout::CONTACT_ROOM] = room.contacts as u32;
+        self.words[layout::IMPULSE_ROOM] = room.impulses as u32;
         self.words[layout::ROUND_ROOM] = room.rounds as u32;
         self.words[layout::JAM_ROOM] = room.jams as u32;
         self.words[layout::PUSH_ROOM] = room.pushes as u32;
@@ -436,4 +442,4 @@ fn materials(surfaces: &Surfaces) -> impl Iterator<Item = u32> + '_ {
     })
 }
 
-const _: () = assert!(ROUNDS <= FILTERS);
+const _: () = assert!(ROUNDS <= FILTERS && IMPULSES_WRITTEN <= IMPULSES);

@@ -8,6 +8,9 @@
 /// Thickness of neighbours along the surface, at most, relative to their distance at the start.
 const NEIGHBOURS: f32 = 0.5;
 
+/// Invocations that look at a pair of leaves. Most pairs have little that is near, and in narrow workgroups fewer wait for the others.
+const LEAF_LANES: u32 = 64u;
+
 /// Two leaves at which a workgroup looks: their words, and their nodes' places before and after.
 var<workgroup> leaf_words: array<u32, 112>;
 var<workgroup> ring_words: array<u32, 16>;
@@ -39,12 +42,11 @@ struct LeafPair {
 fn load_leaves(id: vec3u, lane: u32) -> LeafPair {
     let index = min(workgroup_index(id), counted(PAIRS) - 1u);
     let pair = surface_pairs[index];
-    if lane < 112u {
-        let leaf = select(pair.x, pair.y, lane >= LEAF_WORDS);
-        leaf_words[lane] = leaf_word(leaf, lane % LEAF_WORDS);
+    for (var word = lane; word < 2u * LEAF_WORDS; word += LEAF_LANES) {
+        leaf_words[word] = leaf_word(select(pair.x, pair.y, word >= LEAF_WORDS), word % LEAF_WORDS);
     }
-    if lane >= 128u && lane < 144u {
-        ring_words[lane - 128u] = surface_tables[table(RINGS_AT) + 16u * pair.z + lane - 128u];
+    if lane >= 32u && lane < 48u {
+        ring_words[lane - 32u] = surface_tables[table(RINGS_AT) + 16u * pair.z + lane - 32u];
     }
     if lane < 32u {
         let node = leaf_word(select(pair.x, pair.y, lane >= 16u), lane % 16u);
@@ -52,8 +54,8 @@ fn load_leaves(id: vec3u, lane: u32) -> LeafPair {
         after[lane] = place_at(AFTER, node);
     }
     workgroupBarrier();
-    if lane < 96u {
-        list_near(lane / 48u, lane % 48u, select(pair.x, pair.y, lane < 48u), bitcast<f32>(pair.w));
+    for (var slot = lane; slot < 96u; slot += LEAF_LANES) {
+        list_near(slot / 48u, slot % 48u, select(pair.x, pair.y, slot < 48u), bitcast<f32>(pair.w));
     }
     workgroupBarrier();
     let counts = candidate_count(pair.x == pair.y);

@@ -133,6 +133,36 @@ impl Twin {
         ]);
     }
 
+    /// Puts the lists of parts of nodes, where they stand without gaps in any order, into the order of nodes.
+    fn stand_in_order(&mut self) {
+        let [counts, starts, filled] = [0, 1, 2].map(|list| self.list(list));
+        let [parts, sorted, ..] = self.lists_of_contacts();
+        let mut all: Vec<usize> = (0..self.nodes()).filter(|node| self.work[counts + node] > 0).collect();
+        let ends = |twin: &Self, node: usize| {
+            let start = twin.work[starts + node];
+            [start, start.wrapping_add(twin.work[counts + node])]
+        };
+        all.sort_by_key(|&node| ends(self, node));
+        let whole = all.iter().try_fold(0, |end, &node| {
+            let [start, next] = ends(self, node);
+            (start == end).then_some(next)
+        });
+        if whole != Some(self.work[layout::PARTS]) || parts + self.work[layout::PARTS] as usize > sorted {
+            return;
+        }
+        all.sort_unstable();
+        let (old, mut at) = (self.work.clone(), 0);
+        for node in all {
+            let (start, count) = (old[starts + node] as usize, old[filled + node].min(old[counts + node]));
+            self.work[starts + node] = at as u32;
+            for list in [parts, sorted] {
+                let from = list + start..list + start + count as usize;
+                self.work[list + at..][..count as usize].copy_from_slice(&old[from]);
+            }
+            at += old[counts + node] as usize;
+        }
+    }
+
     /// Puts lists that are filled in any order into one order, and what only says where these stand. A kernel at fault may count on.
     fn normalise(&mut self) {
         let count = |twin: &Self, word: usize| twin.work[word] as usize;
@@ -150,6 +180,7 @@ impl Twin {
         let touched = self.list(5);
         let all_touched = touched..self.list(6).min(touched + count(self, layout::TOUCHED));
         self.work[all_touched].sort_unstable();
+        self.stand_in_order();
         let [parts, _, next, first] = self.lists_of_contacts();
         for node in 0..self.tables[layout::NODE_PLACES] as usize {
             let start = (parts + count(self, self.list(1) + node)).min(next);
@@ -439,6 +470,8 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_ROUND, &[(layout::ROUND, 0)]),
         (layout::COUNT_ROUND, &[(layout::ROUND, 1), (layout::SINKS, 0.011_f32.to_bits())]),
         (layout::COUNT_ROUND, &[(layout::ROUND, 4), (layout::SINKS, 0.01_f32.to_bits())]),
+        (layout::COUNT_ROUND, &[(layout::ROUND, 4), (layout::SINKS, 0.011_f32.to_bits())]),
+        (layout::COUNT_ROUND, &[(layout::ROUND, 11), (layout::SINKS, 0.011_f32.to_bits())]),
         (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1)]),
         (
             layout::COUNT_WAYS,

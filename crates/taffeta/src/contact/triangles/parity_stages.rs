@@ -61,8 +61,15 @@ impl Twin {
     /// The arrays before a sub-step.
     pub fn of(fixture: &Fixture, seed: u64) -> Self {
         let mut tables = fixture.tables.surfaces.clone();
-        let room =
-            Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3, jams: 17, parts: 2, pushes: 7 };
+        let room = Room {
+            pairs: ROOM as usize,
+            contacts: ROOM as usize,
+            impulses: 5,
+            rounds: 3,
+            jams: 17,
+            parts: 2,
+            pushes: 7,
+        };
         tables.put_room(room);
         let mut chance = Chance::new(seed);
         let mut vector = || {

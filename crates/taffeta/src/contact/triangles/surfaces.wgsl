@@ -75,6 +75,8 @@ const IS_TANGLED: u32 = 41u;
 const PULL_COUNT: u32 = 42u;
 /// Whether contacts are part of a system that is solved for.
 const IS_SOLVED: u32 = 43u;
+/// Rounds of impulses that are written down.
+const IMPULSE_ROOM: u32 = 46u;
 /// The triangles around each place: where its fan begins; the other two corners of each.
 const FANS_AT: u32 = 44u;
 const FAN_ITEMS_AT: u32 = 45u;
@@ -91,6 +93,8 @@ const LEAF_EDGES: u32 = 28u;
 const LEAF_VERTICES: u32 = 52u;
 /// Leaves of a group, which stand together in the order of contacts; also the boxes of a box.
 const LEAF_GROUP: u32 = 16u;
+/// Pairs that are nearer than this, relative to their thickness, may become contacts while a system is solved for.
+const NEARBY: f32 = 1.25;
 
 // Arrays of places: where nodes were where the sub-step began, are before it or the round of the filter, and are after it; the
 // velocity before contact; what removes old overlaps; where nodes would end, and before the filter how far colliders have pushed
@@ -132,6 +136,12 @@ const PUSH_ROUND: u32 = 21u;
 const SHORT: u32 = 22u;
 const MOST_PAIRS: u32 = 23u;
 const MOST_CONTACTS: u32 = 24u;
+// What was needed of what is written down, at most in a frame: rounds of impulses, rounds of the filter, how often nodes that are held
+// back hold back others, how often nodes that are pushed push others.
+const MOST_IMPULSES: u32 = 25u;
+const MOST_ROUNDS: u32 = 26u;
+const MOST_JAMS: u32 = 27u;
+const MOST_PUSHES: u32 = 28u;
 /// Lists of numbers begin here.
 const LISTS: u32 = 32u;
 

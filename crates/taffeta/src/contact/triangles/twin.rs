@@ -335,7 +335,7 @@ impl Twin {
 
     pub fn note_forces(&mut self) {
         let (h, longest) = (self.h, self.length(layout::LONGEST_STEP));
-        let old = (1.0 - h / longest).max(0.0);
+        let old = if h < longest { 1.0 - h / longest } else { 0.0 };
         for number in 0..self.work[layout::CONTACTS] as usize {
             let one = self.contacts[number];
             let given = scale(add(one.solved, one.impulse), 1.0 / h.max(longest));

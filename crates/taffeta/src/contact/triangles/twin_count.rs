@@ -6,7 +6,7 @@ use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::impulse::SINKS;
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::GROUP;
-use crate::step::FILTERS;
+use crate::step::{FILTERS, IMPULSES};
 use taffeta_gpu::GROUPS_IN_ROW;
 
 impl Twin {
@@ -27,6 +27,11 @@ impl Twin {
         self.work[layout::SHORT] |= if wanted > self.tables[room] { flag } else { 0 };
         self.work[list] = wanted.min(self.tables[room]);
         self.work[list] as usize
+    }
+
+    fn need(&mut self, most: usize, wanted: u32, room: usize, flag: u32) {
+        self.work[most] = self.work[most].max(wanted);
+        self.work[layout::SHORT] |= if wanted > self.tables[room] { flag } else { 0 };
     }
 
     pub fn count_surfaces(&mut self) {
@@ -50,12 +55,14 @@ impl Twin {
                 (self.work[layout::FORCES], self.work[layout::IS_ACTIVE]) = (0, 1);
             }
             layout::COUNT_ROUND => {
-                if self.work[layout::ROUND] >= 1 && self.number(layout::SINKS) <= SINKS as f32 {
+                let next = self.work[layout::ROUND] + 1;
+                if next > 1 && self.number(layout::SINKS) <= SINKS as f32 {
                     self.put_groups(layout::ON_ROUND_CONTACTS, 0);
                     self.put_groups(layout::ON_ROUND_TOUCHED, 0);
+                } else if (next as usize) < IMPULSES {
+                    self.need(layout::MOST_IMPULSES, next + 1, layout::IMPULSE_ROOM, 32);
                 }
-                self.work[layout::SINKS] = 0;
-                self.work[layout::ROUND] += 1;
+                (self.work[layout::SINKS], self.work[layout::ROUND]) = (0, next);
             }
             layout::COUNT_WAYS => self.count_ways(),
             layout::COUNT_HELD => self.count_held(),
@@ -65,6 +72,11 @@ impl Twin {
             layout::COUNT_SOLVED => self.work[layout::IS_ODD] = 1 - self.work[layout::IS_ODD],
             _ => self.count_filter_round(),
         }
+    }
+
+    fn put_list(&mut self, is_on: bool) {
+        let groups = if is_on { self.leaves().div_ceil(layout::LEAF_GROUP) } else { 0 };
+        self.put_groups(layout::ON_LIST, groups);
     }
 
     fn put_boxes(&mut self, is_on: bool) {
@@ -79,7 +91,7 @@ impl Twin {
         let moves = parts > 0 && part <= parts;
         self.put_each(layout::ON_CORNERS, self.table(layout::ALL_PLACES), moves);
         self.put_boxes(goes_on);
-        self.put_each(layout::ON_LIST, self.leaves(), goes_on);
+        self.put_list(goes_on);
         self.work[layout::LISTED] = layout::CARRIED as u32;
         self.work[if goes_on { layout::PAIRS } else { layout::FARTHEST_PLACE }] = 0;
         self.work[layout::CORNER_PART] = part + 1;
@@ -102,8 +114,8 @@ impl Twin {
         if self.work[layout::PUSHED] == 0 {
             self.put_groups(layout::ON_PUSH, 0);
             self.put_groups(layout::ON_TAKE, 0);
-        } else if next == self.tables[layout::PUSH_ROOM] && (next as usize) < PUSHES {
-            self.work[layout::SHORT] |= 16;
+        } else if (next as usize) < PUSHES {
+            self.need(layout::MOST_PUSHES, next + 1, layout::PUSH_ROOM, 16);
         }
         (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (next, 0);
     }
@@ -120,7 +132,7 @@ impl Twin {
         let again = is_active && (in_rounds || is_changed || is_carried);
         self.put_each(layout::ON_PART, self.nodes(), in_rounds);
         self.put_boxes(again);
-        self.put_each(layout::ON_LIST, self.leaves(), again);
+        self.put_list(again);
         self.put_each(layout::ON_MARK, self.nodes(), is_active);
         self.put_groups(layout::ON_HOLD, 0);
         self.work[layout::IN_ROUNDS] = u32::from(in_rounds);
@@ -135,11 +147,13 @@ impl Twin {
         let jam = self.work[layout::JAM] % layout::STAMPS as u32;
         let is_written = jam < self.tables[layout::JAM_ROOM];
         let any = self.work[layout::HELD] > 0 && is_written;
-        self.work[layout::SHORT] |= if self.work[layout::HELD] > 0 && !is_written { 8 } else { 0 };
+        if self.work[layout::HELD] > 0 {
+            self.need(layout::MOST_JAMS, jam + 1, layout::JAM_ROOM, 8);
+        }
         if jam == 0 && self.work[layout::IS_ACTIVE] != 0 && (any || self.work[layout::IN_ROUNDS] != 0) {
             self.put_each(layout::ON_HOLD, self.nodes(), true);
         }
-        self.put_each(layout::ON_LIST, self.leaves(), any);
+        self.put_list(any);
         if !any {
             self.put_groups(layout::ON_MARK, 0);
         }
@@ -154,8 +168,8 @@ impl Twin {
         let wanted = self.work[layout::IS_ACTIVE] != 0 && is_far && gets_on;
         let next = self.work[layout::FILTER_ROUND] + 1;
         let another = wanted && next < self.tables[layout::ROUND_ROOM];
-        if wanted && !another && (next as usize) < FILTERS {
-            self.work[layout::SHORT] |= 4;
+        if wanted && (next as usize) < FILTERS {
+            self.need(layout::MOST_ROUNDS, next + 1, layout::ROUND_ROOM, 4);
         }
         (self.work[layout::FILTER_ROUND], self.work[layout::IS_ACTIVE]) = (next, u32::from(another));
         self.put_each(layout::ON_MEASURE, self.table(layout::ALL_PLACES), another);
