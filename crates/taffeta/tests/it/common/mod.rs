@@ -45,7 +45,7 @@ pub fn norm(a: V) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The GPU of `TAFFETA_ADAPTER`, or the best: one device for all tests.
+/// The GPU of `TAFFETA_ADAPTER`, else a software adapter, which gives the bits of the CPU, else the best: one device for all tests.
 pub fn gpu() -> Gpu {
     static SHARED: LazyLock<Gpu> = LazyLock::new(own_gpu);
     SHARED.clone()
@@ -53,7 +53,10 @@ pub fn gpu() -> Gpu {
 
 /// The same as a device of its own, for a test that loses it.
 pub fn own_gpu() -> Gpu {
-    Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"))
+    let asked = Choice::from_env();
+    let software = Some(Choice::Named("software".to_owned())).filter(|_| asked == Choice::BestOrSoftware);
+    let gpu = software.and_then(|choice| Gpu::open(&choice).ok());
+    gpu.unwrap_or_else(|| Gpu::open(&asked).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A scene without gravity.

@@ -22,6 +22,10 @@ const ROUNDINGS: &[(&str, &str)] = &[
     ("let inverse = 1.0 / squared;", "let inverse = 0.9999999 / squared;"),
     ("return x + h * new_velocity;", "return x + 1.0000001 * h * new_velocity;"),
     ("let t = num / select", "let t = 1.0000001 * num / select"),
+    (
+        "select(0.0, 1.0 - h / longest, h < longest)",
+        "select(0.0, 1.0 - 0.9999999 * (h / longest), h < longest)",
+    ),
 ];
 
 #[test]
