@@ -154,6 +154,7 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         let Some(case) = (shift + 1).checked_sub(CASES) else { continue };
         // All are done, as well as they can be: one may go on; none need; none may; one has gone on.
         solve.kept.is_done = u32::from(case < 3 || number != 1);
+        solve.next.is_done = solve.kept.is_done;
         (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
         (solve.steps, solve.is_met) = (MOST_STEPS - 2 + u32::from(case == 2), 1);
         if case % 3 != 1 && number == 1 || case == 2 {

@@ -52,3 +52,13 @@ fn what_is_rounded_is_in_the_sources() {
         assert!(text.contains(written), "`{written}` is in no source");
     }
 }
+
+/// Groups of leaves that are near more boxes than they can note have each leaf look alone.
+#[test]
+fn leaves_list_the_same_pairs_where_their_group_notes_few_boxes() {
+    let edit = |source: String| source.replace("const FRONT: u32 = 1024u;", "const FRONT: u32 = 2u;");
+    assert_ne!(edit(sources()), sources());
+    let row = rows().into_iter().find(|row| row.name == "list_leaf_pairs").expect("a row");
+    let outcome = row.run_edited(&gpu(), true, &edit).expect("it runs");
+    assert_eq!(outcome.ulps, 0.0, "{:?}", outcome.place);
+}
