@@ -156,7 +156,8 @@ impl Simulation {
         self.advance(1)
     }
 
-    /// Runs some frames and reports the last. On a GPU nothing waits between them.
+    /// Runs some frames and reports the last. On a GPU nothing waits between them, except where a frame may be repeated: with contact
+    /// between triangles, and in implicit steps of many iterations.
     ///
     /// # Errors
     /// As [`Self::step`]; only the last frame is looked at, so the error says by which frame it was.

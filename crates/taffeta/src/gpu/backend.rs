@@ -106,6 +106,10 @@ impl GpuBackend {
             before,
             backups,
         };
+        if options.from != Stage::default() {
+            let features = backend.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
+            features.for_each(|feature| feature.write_all());
+        }
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0, parameters);
         let few = &substeps[..substeps.len().min(backend.at_once())];
@@ -135,7 +139,7 @@ impl GpuBackend {
         for partition in &mut self.partitions {
             let places = partition.places.clone();
             let (gpu, assembly) = (&self.gpu, &self.assembly);
-            partition.upload(&Upload { gpu, assembly, substeps, input, places })?;
+            partition.upload(&Upload { gpu, assembly, substeps, input, places, last })?;
             partition.record(&self.kernels, list, substeps.len(), (self.from, last))?;
         }
         Ok(())
@@ -251,7 +255,7 @@ impl GpuBackend {
                 self.send(&mut list)?;
             }
             match &mut self.times {
-                Some(times) => times.extend(self.gpu.submit_timed(&list)?),
+                Some(times) => add_times(times, self.gpu.submit_timed(&list)?),
                 None => self.gpu.submit(&list)?,
             }
             if last {
@@ -372,6 +376,16 @@ impl GpuBackend {
         };
         let Mirror { position, velocity } = self.mirror.get_mut()?;
         Some((&mut position[node], &mut velocity[node]))
+    }
+}
+
+/// Adds times of stages up.
+fn add_times(all: &mut Vec<(&'static str, f64)>, more: Vec<(&'static str, f64)>) {
+    for (stage, seconds) in more {
+        match all.iter_mut().find(|(name, _)| *name == stage) {
+            Some((_, sum)) => *sum += seconds,
+            None => all.push((stage, seconds)),
+        }
     }
 }
 

@@ -68,6 +68,8 @@ pub struct Upload<'u> {
     pub input: &'u FrameInput,
     /// The places of the partition.
     pub places: Range<usize>,
+    /// Whether the frame ends with them.
+    pub last: bool,
 }
 
 /// Where nodes are between two frames.
@@ -145,7 +147,10 @@ pub trait Feature: Any + Send + Sync {
         0
     }
 
-    /// Whether a frame may have too little room for what it finds, so that it is repeated with more.
+    /// Writes down all that a sub-step may need, for frames that are not repeated.
+    fn write_all(&mut self) {}
+
+    /// Whether a frame may find more than there is room for, or need more than is written down, so that it is repeated with more.
     fn may_repeat(&self) -> bool {
         false
     }
@@ -155,12 +160,12 @@ pub trait Feature: Any + Send + Sync {
         Vec::new()
     }
 
-    /// Whether the last frame had too little room; waits for it.
+    /// Whether the last frame needed more; waits for it.
     fn is_short(&mut self, _gpu: &Gpu) -> Result<bool, GpuError> {
         Ok(false)
     }
 
-    /// Takes as much room as that frame needed, as far as it came. The state is that before it.
+    /// Has room for what that frame needed, as far as it came, and writes down more. The state is that before it.
     fn grow(&mut self, _gpu: &Gpu) -> Result<(), GpuError> {
         Ok(())
     }

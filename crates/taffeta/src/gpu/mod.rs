@@ -11,6 +11,7 @@ pub mod layout;
 #[cfg(test)]
 pub mod layout_tests;
 pub mod mirror;
+pub mod needed;
 pub mod normals;
 pub mod options;
 pub mod partition;

@@ -137,7 +137,7 @@ impl Partition {
     /// Takes the parameters of sub-steps to the device.
     pub fn upload(&mut self, upload: &Upload<'_>) -> Result<(), GpuError> {
         let (gpu, substeps) = (&self.gpu, upload.substeps);
-        let alike = self.alike(substeps.len());
+        let alike = self.alike(substeps.len(), upload.last);
         let mut records = vec![Substep::zeroed(); substeps.len()];
         let mut new = false;
         let mut targets = Vec::new();
@@ -195,9 +195,9 @@ impl Partition {
         Ok(entries.filter(|entry| entry.does_something()).collect())
     }
 
-    /// How many of the first of some sub-steps are alike: the last one keeps forces where any are kept.
-    fn alike(&self, substeps: usize) -> usize {
-        substeps.saturating_sub(usize::from(self.keeping.is_some()))
+    /// How many of the first of some sub-steps are alike: the last one of a frame keeps forces where any are kept.
+    fn alike(&self, substeps: usize, last: bool) -> usize {
+        substeps.saturating_sub(usize::from(last && self.keeping.is_some()))
     }
 
     fn record_with(
@@ -216,7 +216,7 @@ impl Partition {
                 "a kernel that takes several sub-steps at once stands beside others".to_owned(),
             ));
         }
-        let (mut substep, alike) = (0, self.alike(substeps));
+        let (mut substep, alike) = (0, self.alike(substeps, last));
         while substep < alike {
             for entry in &order {
                 self.run((entry, entry.label), features, kernels, list, substep)?;

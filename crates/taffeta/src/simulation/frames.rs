@@ -6,7 +6,8 @@ use crate::report::FrameReport;
 use crate::simulation::{Simulation, StepError};
 
 impl Simulation {
-    /// Submits frames without waiting for their reports. On a GPU nothing waits, and nothing is read back.
+    /// Submits frames without waiting for their reports. On a GPU nothing waits, and nothing is read back, except where a frame may be
+    /// repeated: with contact between triangles, and in implicit steps of many iterations.
     ///
     /// # Errors
     /// A GPU may be lost.

@@ -22,6 +22,7 @@ use crate::contact::triangles::tangle::Tangle;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Seen, Upload};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE, Substep};
+use crate::gpu::needed::Needed;
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::report::FrameSums;
@@ -63,8 +64,6 @@ const SHORT_OF_ROUNDS: u32 = 4;
 const SHORT_OF_JAMS: u32 = 8;
 const SHORT_OF_PUSHES: u32 = 16;
 const SHORT_OF_IMPULSES: u32 = 32;
-/// Frames after which no more is written down than they needed.
-const LOOKED_BACK: u32 = 30;
 
 /// How often nodes that are held back may hold back others; the last time all planes stand still.
 const MOST_JAMS: usize = JAMS as usize + 1;
@@ -110,9 +109,8 @@ pub struct TriangleContact {
     read: ReadBack<u32>,
     /// What the last frame has counted.
     counted: Vec<u32>,
-    /// What frames needed at most of what is written down, since it was fitted to that: rounds of impulses and of the filter, jams,
-    /// pushes; and how many frames.
-    needed: ([u32; 4], u32),
+    /// What frames need of what is written down: rounds of impulses and of the filter, jams, pushes.
+    needed: Needed<4>,
     /// Sub-steps of the frame: each searches.
     substeps: u64,
 }
@@ -215,7 +213,7 @@ impl TriangleContact {
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
             read: gpu.read_back("counted of surfaces", layout::LISTS)?,
             counted: Vec::new(),
-            needed: ([0; 4], 0),
+            needed: Needed::new(),
             substeps: 0,
             tables,
             room,
@@ -372,15 +370,9 @@ impl TriangleContact {
     /// Notes what a frame needed of what is written down, and leaves away what a number of them did not: each dispatch takes time,
     /// also without workgroups.
     fn note_needed(&mut self, gpu: &Gpu) {
-        let (most, frames) = &mut self.needed;
-        let words = self.counted[layout::MOST_IMPULSES..].iter();
-        most.iter_mut().zip(words).for_each(|(most, &needed)| *most = (*most).max(needed));
-        *frames += 1;
-        if *frames < LOOKED_BACK {
-            return;
-        }
+        let words = [layout::MOST_IMPULSES, layout::MOST_ROUNDS, layout::MOST_JAMS, layout::MOST_PUSHES];
+        let Some(most) = self.needed.note(words.map(|word| self.counted[word])) else { return };
         let [impulses, rounds, jams, pushes] = most.map(|needed| (needed as usize).max(1));
-        self.needed = ([0; 4], 0);
         let old = self.room;
         let room = Room {
             impulses: old.impulses.min(impulses),
@@ -538,7 +530,7 @@ impl Feature for TriangleContact {
     fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.read.take(gpu, &mut self.counted)?;
         let is_short = self.counted.get(layout::SHORT).is_some_and(|&short| short > 0);
-        if !is_short {
+        if !is_short && self.substeps > 0 {
             self.note_needed(gpu);
         }
         Ok(is_short)

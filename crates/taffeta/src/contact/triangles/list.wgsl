@@ -15,7 +15,7 @@ const LOOSE_REACH: f32 = 1.0001;
 /// Boxes of one level that a group may be near to.
 const FRONT: u32 = 1024u;
 
-/// Boxes that are near a group of leaves, of the level that it looks at and of that below.
+/// Boxes that are near a group of leaves, of the level that it looks at and of that below: twice as many.
 var<workgroup> front: array<u32, 2048>;
 /// What invocations count together, and what they have counted.
 var<workgroup> counter: atomic<u32>;

@@ -131,8 +131,8 @@ const IS_ODD: u32 = 18u;
 const CORNER_PART: u32 = 19u;
 const PUSHED: u32 = 20u;
 const PUSH_ROUND: u32 = 21u;
-/// What was too little in the frame: room for pairs, for contacts, rounds of the filter, of jams, of pushes; and what was needed at
-/// most.
+/// What was too little in the frame: room for pairs, for contacts, rounds of the filter, of jams, of pushes, of impulses; and what
+/// was needed at most.
 const SHORT: u32 = 22u;
 const MOST_PAIRS: u32 = 23u;
 const MOST_CONTACTS: u32 = 24u;

@@ -31,7 +31,7 @@ use crate::motion::gpu_layout::MOVED_BY_USER;
 use crate::real::Real;
 use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
-use crate::solvers::implicit::gpu_layout::{VECTORS, Vector, When};
+use crate::solvers::implicit::gpu_layout::{IS_LEFT, MOST_OPEN_AT, VECTORS, Vector, When};
 use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
 use crate::step::{FILTERS, IMPULSES};
 use crate::topology::LANES;
@@ -44,8 +44,6 @@ use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 /// Constants that the Rust side has within a function, or not at all.
 const ALONE: &[&str] = &[
     "FRONT",
-    "IS_LEFT",
-    "MOST_OPEN_AT",
     "OPEN_AT",
     "PLACE",
     "LEAF_LANES",
@@ -145,6 +143,8 @@ fn of_solvers() -> BTreeMap<&'static str, f64> {
         ("JUDGED", f64::from(When::Judged as u32)),
         ("BEGUN", f64::from(When::Begun as u32)),
         ("VECTORS", VECTORS as f64),
+        ("MOST_OPEN_AT", MOST_OPEN_AT as f64),
+        ("IS_LEFT", IS_LEFT as f64),
         ("RESIDUAL", f64::from(Vector::Residual as u32)),
         ("CYCLE", f64::from(Vector::Cycle as u32)),
         ("START", f64::from(Vector::Start as u32)),

@@ -10,6 +10,7 @@ use crate::elements::gpu::Elements;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
 use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
+use crate::gpu::needed::Needed;
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::report::FrameSums;
@@ -17,8 +18,8 @@ use crate::scene::Ice;
 use crate::solvers::dual::gpu::add_statistics;
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, SUMS, SlotSpring, Symmetric, VECTORS, Vector,
-    WeightedIndex, When,
+    CoarseEdge, Diagonal, IS_LEFT, LevelGroup, MOST_OPEN_AT, NodeSolve, Parents, STEP_WORDS, SUMS,
+    SlotSpring, Symmetric, VECTORS, Vector, WeightedIndex, When,
 };
 use crate::solvers::implicit::gpu_tables::{CouplingWords, MultigridTables};
 use crate::step::{Marks, Op, Stage};
@@ -63,23 +64,17 @@ pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
 
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 2;
-/// Most steps that are written down at the start, with a place where a further Newton step may begin at the end; after so many
-/// frames no more than they needed.
+/// Most steps that are written down at the start, with a place where a further Newton step may begin at the end.
 const STEPS_AT_START: u32 = 3 * BETWEEN_NEWTON_STEPS + 1;
-const LOOKED_BACK: u32 = 30;
-/// Words of `written_steps` of levels.wgsl, and two of them.
-const STEP_WORDS: usize = 4;
-const MOST_OPEN_AT: usize = 2;
-const IS_LEFT: usize = 3;
 /// Steps beside iterations: that which takes the changes to start from.
 const MORE_STEPS: u32 = 1;
 /// Where the solver finds how many Newton steps it takes: iterations from one place where a further one may begin to the next,
-/// how often as many iterations as a step may need are written down, and how often one may wait for its place.
+/// how often as many iterations as a step may need it may take, and how often one may wait for its place.
 const BETWEEN_NEWTON_STEPS: u32 = 16;
 const NEEDS: u32 = 3;
 const WAITS: u32 = 2;
 
-/// Steps of conjugate gradients that are written down, where a Newton step may need so many `iterations`.
+/// Steps of conjugate gradients that are written down at most, where a Newton step may need so many `iterations`.
 fn steps(iterations: u32, ice: &Ice) -> u32 {
     let further = NEEDS.saturating_mul(iterations).min(ice.max_iterations).max(iterations);
     let all = if ice.newton_steps == 0 { further + WAITS * BETWEEN_NEWTON_STEPS } else { iterations };
@@ -145,10 +140,9 @@ pub struct Implicit {
     room: u32,
     step_words: Buffer<u32>,
     read_steps: ReadBack<u32>,
-    /// What the last frame has counted of them; the last place at which systems were open since steps were fitted to that, and in
-    /// how many frames.
+    /// What the last frame has counted of them, and the last place at which systems were open in frames.
     counted_steps: Vec<u32>,
-    needed: (u32, u32),
+    needed: Needed<1>,
 }
 
 impl Implicit {
@@ -225,7 +219,7 @@ impl Implicit {
             step_words: gpu.buffer("steps that are written down", STEP_WORDS)?,
             read_steps: gpu.read_back("steps that are written down", STEP_WORDS)?,
             counted_steps: Vec::new(),
-            needed: (0, 0),
+            needed: Needed::new(),
         }))
     }
 
@@ -423,13 +417,9 @@ impl Implicit {
 
     /// Leaves away what a number of frames did not need: each dispatch takes time, also without workgroups.
     fn note_needed(&mut self) {
-        let (most, frames) = &mut self.needed;
-        *most = (*most).max(self.counted_steps[MOST_OPEN_AT]);
-        *frames += 1;
-        if *frames == LOOKED_BACK {
-            let needed = (BETWEEN_COUNTS * *most).next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS;
+        if let Some([most]) = self.needed.note([self.counted_steps[MOST_OPEN_AT]]) {
+            let needed = (BETWEEN_COUNTS * most).next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS;
             self.room = self.room.min(needed);
-            self.needed = (0, 0);
         }
     }
 
@@ -544,6 +534,10 @@ impl Feature for Implicit {
         self.newton_steps.max(1) as usize * (of_iterations + set_up)
     }
 
+    fn write_all(&mut self) {
+        self.room = self.steps;
+    }
+
     fn may_repeat(&self) -> bool {
         self.steps > STEPS_AT_START
     }
@@ -558,7 +552,8 @@ impl Feature for Implicit {
         }
         self.read_steps.take(gpu, &mut self.counted_steps)?;
         let is_short = self.counted_steps[IS_LEFT] > 0 && self.room < self.steps;
-        if !is_short {
+        // Where no sub-step was run no system was open.
+        if !is_short && self.counted_steps[MOST_OPEN_AT] > 0 {
             self.note_needed();
         }
         Ok(is_short)

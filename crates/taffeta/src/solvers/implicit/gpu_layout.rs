@@ -95,6 +95,11 @@ pub struct NodeSolve {
 /// Sorts of sums by group of nodes in `product_sums`.
 pub const SUMS: usize = 3;
 
+/// Words of `written_steps` of levels.wgsl, and two of them.
+pub const STEP_WORDS: usize = 4;
+pub const MOST_OPEN_AT: usize = 2;
+pub const IS_LEFT: usize = 3;
+
 /// When workgroups run that are counted, as in levels.wgsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {

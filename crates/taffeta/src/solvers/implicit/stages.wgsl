@@ -1,7 +1,7 @@
 // Implicit springs: conjugate gradients on all bodies' systems at once, each with steps of its own, preconditioned by a
 // multigrid V-cycle. An iteration is a step, the cycle (`level_stages.wgsl`) and a product. Nothing is read
-// back: all iterations that a sub-step may need are written down, and `count_open_systems` keeps workgroups away when all systems
-// are done.
+// back in a frame: as many iterations are written down as frames need (`count_left`), and `count_open_systems` keeps workgroups
+// away when all systems are done.
 
 #import contact/colliders/met.wgsl
 #import contact/colliders/predicted_contact.wgsl

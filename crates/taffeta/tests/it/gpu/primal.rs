@@ -4,9 +4,9 @@
 use super::constraints::{compare, drop, hung, precise};
 use super::pairs::heap;
 use super::{everything, on_gpu, small_gpu, volumes};
-use crate::common::{build_as, farthest, positions, run};
+use crate::common::{build_as, farthest, gpu, positions, run};
 use taffeta::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene, Select};
-use taffeta::{GpuOptions, Options, Precision, Simulation};
+use taffeta::{GpuOptions, Options, Precision, Simulation, Stage};
 
 /// A scene whose springs are solved for by nodes.
 fn by_nodes(mut scene: Scene) -> Scene {
@@ -197,6 +197,43 @@ fn a_restored_simulation_goes_on_with_the_changes_that_it_had() {
     run(&mut cpu, 2);
     let way = farthest(&positions(&whole), &positions(&cpu));
     assert!(way < 1e-4, "{way:e} m apart");
+}
+
+/// After thirty frames no more iterations are written down than they needed; a frame that needs more is repeated.
+#[test]
+fn no_bits_depend_on_how_many_iterations_are_written_down() {
+    let mut scene = by_nodes(hung(Method::Ice));
+    scene.bodies[0].mesh = Mesh::grid(16, 16, [2.0, 2.0]);
+    scene.bodies[0].pins.clear();
+    let mut scene = scene.body(Body { name: "pinned".to_owned(), ..hung(Method::Ice).bodies.remove(0) });
+    scene.bodies[1].mesh = Mesh::grid(34, 34, [2.0, 2.0]);
+    let (mut whole, mut again) = (on_gpu(&scene), on_gpu(&scene));
+    run(&mut whole, 31);
+    // It starts with what any scene starts with.
+    again.restore(&whole.snapshot()).unwrap();
+    // Frames in which nothing is solved for ask for nothing.
+    (0..31).for_each(|_| whole.disturb(0.0, 1));
+    for simulation in [&mut whole, &mut again] {
+        simulation.disturb(0.3, 3);
+        run(simulation, 1);
+        assert!(simulation.report().solver.iterations > 48, "{:?}", simulation.report().solver);
+    }
+    assert_eq!(whole.state_hash(), again.state_hash());
+}
+
+/// Where the first stages are the CPU's no frame is repeated: all iterations are written down.
+#[test]
+fn a_gpu_takes_over_before_springs_are_solved_for() {
+    let scene = by_nodes(hung(Method::Ice));
+    let mut whole = on_gpu(&scene);
+    whole.disturb(0.05, 3);
+    run(&mut whole, 1);
+    assert!(whole.report().solver.iterations > 48, "{:?}", whole.report().solver);
+    let options = GpuOptions { from: Stage::Springs, ..gpu().into() };
+    let mut later = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+    later.disturb(0.05, 3);
+    run(&mut later, 1);
+    assert_eq!(whole.state_hash(), later.state_hash());
 }
 
 #[test]

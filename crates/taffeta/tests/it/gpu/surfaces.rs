@@ -152,6 +152,21 @@ pub fn pushed() -> Scene {
         .time(1.0 / 60.0, STEP)
 }
 
+/// After thirty frames no more rounds are written down than they needed; a frame that needs more is repeated.
+#[test]
+fn no_bits_depend_on_how_many_rounds_are_written_down() {
+    let low = touching("low", sheet(6, 0.2), 0.006).pin(Select::cols(0, 0)).pin(Select::cols(5, 5));
+    let high = touching("high", sheet(5, 0.15), 0.006);
+    let mut scene = Scene::new("falls late").body(low).body(high.at([0.007, 0.35, 0.011]));
+    scene = scene.time(1.0 / 120.0, 1.0 / 240.0);
+    let (mut cpu, mut gpu) = both(&scene);
+    // It falls for a quarter of a second, and lands when little is written down.
+    run(&mut cpu, 31);
+    run(&mut gpu, 31);
+    assert_eq!(cpu.report().pairs, 0);
+    assert!(are_alike(&mut cpu, &mut gpu, 8) > 20);
+}
+
 /// What is in the way of a collider goes along with it, in several parts of its motion, and pushes what is above.
 #[test]
 fn colliders_that_move_carry_cloth_as_on_the_cpu() {
