@@ -1,7 +1,8 @@
 //! The scene that rows of surfaces that touch each other are run on.
 
 use crate::assembly::Assembly;
-use crate::backend::FrameInput;
+use crate::backend::{Backend, FrameInput};
+use crate::cpu::CpuBackend;
 use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::real::add;
@@ -12,8 +13,12 @@ use crate::scene::{
 
 /// Where nodes are that are not [m].
 const NOWHERE: f32 = 9.0;
+/// Where a strip lies flat that is folded in the state, and the width of its quads [m]. It is a single leaf.
+const FOLD: ([f64; 3], f64) = ([0.6, 0.0, 0.0], 0.05);
+/// The folded strip, from its first edge to its last, at heights above each other [m].
+const FOLDED: [[f32; 2]; 5] = [[0.0, 0.0], [0.03, 0.0], [0.045, 0.006], [0.03, 0.012], [0.0, 0.012]];
 
-/// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, and a box.
+/// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, a box, and a strip beside them.
 fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let touching = |name: &str, mesh: Mesh, [thickness, friction]: [f64; 2]| Body {
         self_collision: Some(SelfCollision {
@@ -44,9 +49,18 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
         fine.at([0.0, between, 0.0]),
         touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.1, 0.02]),
+        touching("fold", Mesh::grid(2, 5, [4.0 * FOLD.1, 0.03]), [0.016, 0.2]).at(FOLD.0),
     ];
     scene.solver = solver;
     Assembly::new(&scene).map_err(|error| error.to_string())
+}
+
+/// A place of the strip where it is folded.
+fn folded([x, y, z]: [f32; 3]) -> [f32; 3] {
+    let ([middle, ..], width) = FOLD;
+    let quad = ((f64::from(x) - middle) / width).round() as i32 + 2;
+    let [along, up] = FOLDED[quad.clamp(0, 4) as usize];
+    [middle as f32 + along, y + up, z]
 }
 
 /// Nodes near their start, some of which go far.
@@ -56,12 +70,15 @@ pub fn fixture(seed: u64) -> Result<Fixture, String> {
 
 /// The same with a solver, and with sheets so far from each other [m].
 pub fn fixture_with(seed: u64, solver: Solver, between: f64) -> Result<Fixture, String> {
-    let states = |chance: &mut Chance, tables: &Tables, _: &_| {
+    let states = |chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>| {
+        let strip = cpu.assembly().bodies.last().map(|body| body.first..body.first + body.nodes);
         let mut old = State::default();
         let mut new = State::default();
         for (place, (&[x, y, z, w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate()
         {
-            let start = add([x, y, z], chance.three(0.007));
+            let is_folded = strip.as_ref().is_some_and(|strip| strip.contains(&place));
+            let (at, by) = if is_folded { (folded([x, y, z]), 0.001) } else { ([x, y, z], 0.007) };
+            let start = add(at, chance.three(by));
             let way = chance.three(if place % 11 == 0 { 0.07 } else { 0.006 });
             let [u, v, t] = chance.three(1.7);
             let mass = if place % 7 == 3 { -mass } else { mass };

@@ -8,7 +8,7 @@ use crate::contact::triangles::parity::apply;
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::NONE;
 use crate::parity::fixture::{Chance, Fixture};
-use crate::real::add;
+use crate::real::{add, scale};
 
 /// Room for pairs of leaves, and for contacts.
 pub const ROOM: u32 = 6_000;
@@ -110,9 +110,15 @@ impl Twin {
             let of = lines(0);
             let both = |[a, b]: [u32; 2]| [a & of[0], b & of[1]];
             let loose = if place % 16 == 5 { bits >> 16 & 3 } else { 0 };
-            let knot = [of, both(lines(4)), both(lines(8)), lines(12), [loose; 2]];
-            let words = knot.into_iter().flatten();
-            self.knots.extend(words.map(|word| if place % 4 == 1 { word } else { 0 }));
+            let none = [0; 2];
+            let knot = match place % 8 {
+                1 | 5 => [of, both(lines(4)), both(lines(8)), lines(12), [loose; 2]],
+                // Next to either side of a line, and astray from none.
+                3 => [none, [1, 0], none, none, none],
+                7 => [none, [0, 1], none, none, none],
+                _ => [none; 5],
+            };
+            self.knots.extend(knot.into_iter().flatten());
             // Whether it is led out of colliders.
             self.knots.push(u32::from(place % 12 == 2 && place < self.tables[layout::NODE_PLACES]));
         }
@@ -220,7 +226,10 @@ impl Twin {
         self.work[layout::FORCES] = 0;
         for (number, one) in self.solved.iter_mut().enumerate() {
             one.system = if number % 3 == 0 { NONE } else { number as u32 % 4 };
-            one.applied = if number % 5 == 0 { [0.0; 3] } else { chance.three(0.02) };
+            // Some press harder than they rub.
+            let along = if number % 2 == 0 { 0.02 } else { 0.0 };
+            let impulse = add(scale(self.contacts[number].normal, along), chance.three(0.02 - 0.9 * along));
+            one.applied = if number % 5 == 0 { [0.0; 3] } else { impulse };
         }
     }
 

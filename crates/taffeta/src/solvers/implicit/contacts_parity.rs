@@ -57,7 +57,7 @@ fn twin<'a>(fixture: &'a Fixture, entry: &str, case: usize) -> ContactTwin<'a> {
     match entry {
         "part_systems" => twin.joins.fill(0),
         "take_contacts" => {}
-        "name_systems" => twin.joins = vec![0, 1, 1, 2],
+        "name_systems" => twin.joins = vec![0, 1, 1, 2, 4],
         _ => twin.take_contacts(),
     }
     if entry != "take_contacts" {
@@ -81,7 +81,7 @@ impl ContactTwin<'_> {
         let mut chance = Chance::new(97 + case as u64);
         let bodies = self.solve.work.solves.len();
         for place in 0..self.systems.len() {
-            if case % CASES == 3 && self.systems[place] as usize == bodies - 1 {
+            if case % CASES == 3 && self.systems[place] as usize == bodies - 2 {
                 self.systems[place] = NONE;
             }
             let start = self.surfaces.place(AT_START, place);
