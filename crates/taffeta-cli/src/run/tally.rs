@@ -126,7 +126,7 @@ impl Tally {
         let mut warnings = self.volumes.warnings(scene);
         warnings.extend(self.solves.warning(scene));
         warnings.extend(self.stretched(scene));
-        warnings.extend(self.intersected());
+        warnings.extend(self.intersected(simulation));
         let slips = |body: &&taffeta::BodyInfo| {
             // From 1 down the body was warned of before.
             body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
@@ -143,12 +143,17 @@ impl Tally {
         warnings
     }
 
-    /// What to say of surfaces that passed through each other.
-    fn intersected(&self) -> Option<String> {
+    /// What to say of surfaces that passed through each other, with one of those that still do.
+    fn intersected(&self, simulation: &Simulation) -> Option<String> {
         let IntersectionSummary { end, max, last_frame } = self.intersections?;
         let frame = last_frame?;
-        let last =
-            if end > 0 { format!("{end} in the last frame") } else { format!("the last in frame {frame}") };
+        let left =
+            || simulation.intersections().first.map_or(String::new(), |first| format!(", such as {first}"));
+        let last = if end > 0 {
+            format!("{end} in the last frame{}", left())
+        } else {
+            format!("the last in frame {frame}")
+        };
         Some(format!("surfaces passed through each other: {max} edges and triangles at most, {last}"))
     }
 

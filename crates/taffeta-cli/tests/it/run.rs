@@ -365,6 +365,8 @@ fn intersections_are_counted_where_they_are_asked_for() {
     let (out, err, code) = ending(desk.taffeta(&words));
     assert_eq!(code, Some(0), "{err}");
     assert!(out.contains("warning: surfaces passed through each other: "), "{out}");
+    // One of those that are left is named.
+    assert!(out.contains(" in the last frame, such as the edge of vertices "), "{out}");
     let table = std::fs::read_to_string(desk.path("o/frames.csv")).unwrap();
     let column = table.lines().next().unwrap().split(',').position(|name| name == "intersections").unwrap();
     let counted: Vec<u64> =

@@ -133,7 +133,7 @@ fn memory_that_is_full_ends_a_run_with_a_checkpoint() {
     let (loaded, plan) = prepared(&args);
     let simulation = Simulation::new(&loaded.scene, &Options::default()).unwrap();
     let mut job = Job::new(&plan, simulation, &loaded.scene).unwrap();
-    job.memory = Watch { foreseen: 0, before: 0, free: || 0 };
+    job.memory = Watch { foreseen: 0, expected: 0, before: 0, free: || 0 };
     let ending = job.run(true, &AtomicBool::new(false));
     let said = close(&args, &loaded, job, ending).unwrap_err().to_string();
     assert!(said.contains(" of memory and 0 bytes are free: "), "{said}");
