@@ -39,8 +39,9 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
 
 /// Watches how much memory a run takes, as lists of contacts grow.
 pub struct Watch {
-    /// What was foreseen, and beyond what the next warning is due [byte].
+    /// What was foreseen [byte].
     pub foreseen: u64,
+    /// Beyond that a warning is due [byte].
     pub expected: u64,
     /// After the frame before [byte].
     pub before: u64,

@@ -42,4 +42,5 @@ pub use kernel::{Bound, Kernel};
 pub use readback::ReadBack;
 pub use reflect::{Access, Binding};
 pub use shaders::{Shader, Shaders};
+pub use timing::add_time;
 pub use wgpu;

@@ -38,7 +38,7 @@ impl Gpu {
         ticks.take(self, &mut times)?;
         let period = f64::from(self.queue().get_timestamp_period()) * 1e-9;
         for (stage, [start, end]) in stages.into_iter().zip(times) {
-            add(total, stage, end.saturating_sub(start) as f64 * period);
+            add_time(total, stage, end.saturating_sub(start) as f64 * period);
         }
         self.health()
     }
@@ -77,7 +77,8 @@ impl Gpu {
     }
 }
 
-fn add(total: &mut Vec<(&'static str, f64)>, stage: &'static str, seconds: f64) {
+/// Adds the time of a stage [s] to those of all, which stand in the order in which they first appeared.
+pub fn add_time(total: &mut Vec<(&'static str, f64)>, stage: &'static str, seconds: f64) {
     match total.iter_mut().find(|(name, _)| *name == stage) {
         Some((_, sum)) => *sum += seconds,
         None => total.push((stage, seconds)),
@@ -86,13 +87,13 @@ fn add(total: &mut Vec<(&'static str, f64)>, stage: &'static str, seconds: f64) 
 
 #[cfg(test)]
 mod tests {
-    use super::add;
+    use super::add_time;
 
     #[test]
     fn a_stage_that_comes_back_is_added_to_what_it_took_before() {
         let mut total = Vec::new();
         for (stage, seconds) in [("one", 1.0), ("two", 2.0), ("one", 4.0)] {
-            add(&mut total, stage, seconds);
+            add_time(&mut total, stage, seconds);
         }
         assert_eq!(total, [("one", 5.0), ("two", 2.0)]);
     }

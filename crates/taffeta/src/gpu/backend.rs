@@ -22,7 +22,7 @@ use crate::step::Stage;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
-use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError};
+use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError, add_time};
 
 /// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
 const AT_ONCE: (usize, usize) = (1024, 16 << 20);
@@ -255,7 +255,10 @@ impl GpuBackend {
                 self.send(&mut list)?;
             }
             match &mut self.times {
-                Some(times) => add_times(times, self.gpu.submit_timed(&list)?),
+                Some(times) => {
+                    let part = self.gpu.submit_timed(&list)?;
+                    part.into_iter().for_each(|(stage, seconds)| add_time(times, stage, seconds));
+                }
                 None => self.gpu.submit(&list)?,
             }
             if last {
@@ -376,16 +379,6 @@ impl GpuBackend {
         };
         let Mirror { position, velocity } = self.mirror.get_mut()?;
         Some((&mut position[node], &mut velocity[node]))
-    }
-}
-
-/// Adds times of stages up.
-fn add_times(all: &mut Vec<(&'static str, f64)>, more: Vec<(&'static str, f64)>) {
-    for (stage, seconds) in more {
-        match all.iter_mut().find(|(name, _)| *name == stage) {
-            Some((_, sum)) => *sum += seconds,
-            None => all.push((stage, seconds)),
-        }
     }
 }
 

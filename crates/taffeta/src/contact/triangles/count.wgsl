@@ -69,15 +69,12 @@ fn put_boxes(is_on: bool) {
 /// Notes what a list needs, and that there was too little room.
 fn check_room(list: u32, room: u32, most: u32, flag: u32) -> u32 {
     let wanted = counted(list);
-    atomicMax(&surface_work[most], wanted);
-    if wanted > room {
-        atomicOr(&surface_work[SHORT], flag);
-    }
+    need(most, wanted, room, flag);
     set_counted(list, min(wanted, room));
     return min(wanted, room);
 }
 
-/// Notes that so much of what is written down is needed, and whether there is less.
+/// Notes that so much is needed, of room or of what is written down, and whether there is less.
 fn need(most: u32, wanted: u32, room: u32, flag: u32) {
     atomicMax(&surface_work[most], wanted);
     if wanted > room {

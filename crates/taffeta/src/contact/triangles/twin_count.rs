@@ -23,8 +23,7 @@ impl Twin {
 
     fn check_room(&mut self, list: usize, room: usize, most: usize, flag: u32) -> usize {
         let wanted = self.work[list];
-        self.work[most] = self.work[most].max(wanted);
-        self.work[layout::SHORT] |= if wanted > self.tables[room] { flag } else { 0 };
+        self.need(most, wanted, room, flag);
         self.work[list] = wanted.min(self.tables[room]);
         self.work[list] as usize
     }
