@@ -313,7 +313,8 @@ impl<T: Real> AttachWorker<'_, '_, T> {
             let (d, masses, length, softness) = self.gap(joint, found);
             self.scratch.corrections[index as usize] = JointCorrection::default();
             let numbers = joint.numbers.map(|number| number as usize);
-            if let Some(joint) = GroupJoint::new(numbers, masses, d, length, softness) {
+            let lengths = [length, self.setup.materials[joint.material as usize].length];
+            if let Some(joint) = GroupJoint::new(numbers, masses, d, lengths, softness) {
                 self.scratch.group_joints.push(joint);
                 self.scratch.members.push(index);
             }

@@ -2,7 +2,9 @@
 //!
 //! With the gaps d of all joints, their gradients J, the inverse masses W, and the compliances D divided by the
 //! square of the sub-step, their shifts f solve (J W Jᵀ + D) f = −d. A joint of length 0 has three rows, any other
-//! one row along the line between its ends. Pinned nodes may make rows contradict each other. So the system is solved
+//! one row along the line between its ends. Joints that still close pull only: three nodes whose seams close at different times
+//! would be to form a triangle that there is not, such as one with sides of 0, 1 and 2 cm, and rows that all but contradict each
+//! other would throw them far. Pinned nodes may make rows contradict each other, too. So the system is solved
 //! by conjugate residuals (Stiefel, "Relaxationsmethoden bester Strategie zur Lösung linearer Gleichungssysteme",
 //! Comment. Math. Helv. 29, 1955), which minimise the residual, and converge in as many iterations as there are rows.
 
@@ -36,12 +38,19 @@ type Field<T> = fn(&mut GroupJoint<T>) -> &mut [T; 3];
 pub const ROUNDS: usize = 64;
 
 impl<T: Real> GroupJoint<T> {
-    /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m]. `None` if both
-    /// ends are pinned, or if it has no direction.
-    pub fn new(nodes: [usize; 2], inverse_mass: [T; 2], d: [T; 3], length: T, softness: T) -> Option<Self> {
+    /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m], on its way to `end`. `None`
+    /// if both ends are pinned, if it has no direction, or if its ends are nearer already while it closes.
+    pub fn new(
+        nodes: [usize; 2],
+        inverse_mass: [T; 2],
+        d: [T; 3],
+        [length, end]: [T; 2],
+        softness: T,
+    ) -> Option<Self> {
         let distance = dot(d, d).sqrt();
         let any = length <= T::ZERO;
-        if inverse_mass[0] + inverse_mass[1] <= T::ZERO || !(any || distance > T::ZERO) {
+        let has_line = distance > T::ZERO && (distance >= length || length == end);
+        if inverse_mass[0] + inverse_mass[1] <= T::ZERO || !(any || has_line) {
             return None;
         }
         let line = [d[0] / distance, d[1] / distance, d[2] / distance];
@@ -128,8 +137,9 @@ mod tests {
 
     /// Positions of nodes with inverse masses `w` after joints between pairs, all of one length and softness.
     fn joined(x: &[[f64; 3]], w: &[f64], pairs: &[[usize; 2]], length: f64, softness: f64) -> Vec<[f64; 3]> {
-        let joint =
-            |&[a, b]: &[usize; 2]| GroupJoint::new([a, b], [w[a], w[b]], sub(x[a], x[b]), length, softness);
+        let joint = |&[a, b]: &[usize; 2]| {
+            GroupJoint::new([a, b], [w[a], w[b]], sub(x[a], x[b]), [length; 2], softness)
+        };
         let mut joints: Vec<GroupJoint<f64>> = pairs.iter().filter_map(joint).collect();
         solve(&mut joints, &mut vec![[f64::NAN; 3]; x.len()]);
         let mut after = x.to_vec();
@@ -171,6 +181,13 @@ mod tests {
         // To first order: they move each other's ends sideways.
         let [a, b] = [sub(after[0], after[1]), sub(after[1], after[2])];
         assert!((a[0].abs() - 0.2).abs() < 1e-15 && (b[1].abs() - 0.2).abs() < 1e-15, "{after:?}");
+    }
+
+    #[test]
+    fn joints_that_still_close_pull_only() {
+        let joint = |length, end| GroupJoint::new([0, 1], [1.0; 2], [0.3, 0.0, 0.0], [length, end], 0.0);
+        assert!(joint(0.4, 0.1).is_none());
+        assert!(joint(0.2, 0.1).is_some() && joint(0.4, 0.4).is_some());
     }
 
     #[test]

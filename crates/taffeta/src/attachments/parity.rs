@@ -55,7 +55,9 @@ fn sewn(apart: bool) -> Scene {
         .seam(seam(side("sheet", 0..60), side("ball", 100..160), None, Some(900.0), 0.13))
         .seam(seam(side("ball", 120..200), side("sheet", 200..280), Some(310.0), Some(70.0), 0.0))
         .seam(seam(side("sheet", 300..340), side("sheet", 500..540), Some(2.7), None, 0.21))
-        .seam(seam(side("chain", 0..38), side("blob", 20..58), None, None, 0.0));
+        .seam(seam(side("chain", 0..38), side("blob", 20..58), None, None, 0.0))
+        // Closed by now, and longer than its ends are apart.
+        .seam(seam(side("sheet", 60..80), side("ball", 150..170), None, None, 9.0).closing(0.0, 0.005, 9.0));
     let motion = vec![Keyframe::rotate(0.3, [0.3, 0.8, -0.2], 50.0, [0.1, 0.2, -0.3])];
     let breaking = |nodes: std::ops::Range<u32>, motion, force| Pin {
         select: Select::nodes(nodes.collect::<Vec<_>>()),
@@ -123,7 +125,7 @@ impl Work {
                 let (d, masses, length, softness) = self.gap(joint);
                 let whole = self.broken[row as usize] == 0;
                 let ends = [joint.a, joint.b].map(|node| node as usize);
-                whole.then(|| GroupJoint::new(ends, masses, d, length, softness)).flatten()
+                whole.then(|| GroupJoint::new(ends, masses, d, [length, joint.end], softness)).flatten()
             };
             let all: Vec<Option<GroupJoint<f32>>> = rows.iter().map(joint).collect();
             let mut joints: Vec<GroupJoint<f32>> = all.iter().copied().flatten().collect();

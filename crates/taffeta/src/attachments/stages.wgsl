@@ -125,7 +125,8 @@ fn begin_joint(row: u32) {
     let goal = length_of(joint);
     let any_line = goal <= 0.0;
     let h = substeps[0].h;
-    let links = joint_broken[row] == 0u && a.w + b.w > 0.0 && (any_line || distance > 0.0);
+    let has_line = distance > 0.0 && (distance >= goal || goal == joint.end);
+    let links = joint_broken[row] == 0u && a.w + b.w > 0.0 && (any_line || has_line);
     let line = d / distance;
     let softness = select(-1.0, joint.compliance / (h * h), links);
     joint_work[JOINT_FIELDS * row + JOINT_LINE] = vec4f(select(line, vec3f(0.0), any_line || !links), softness);

@@ -265,3 +265,28 @@ fn a_bob_on_a_rigid_rod_swings_with_the_period_of_a_pendulum() {
     near("period", crossings[1] - crossings[0], period, 0.001 * period);
     assert!(norm(add(before, scale(at, -1.0))) < 2.0 * norm(at));
 }
+
+#[test]
+fn seams_that_meet_and_close_at_different_times_throw_nothing() {
+    // An armpit: as front and back come together, the sleeve is to be at different distances from them.
+    let mut scene = Scene::new("armpit").time(1.0 / 60.0, 0.001);
+    for (name, z) in [("front", 0.05), ("back", -0.05)] {
+        scene = scene.body(panel(name, 9, [0.0, 0.0, z]).pin(Select::nodes([0, 8])));
+    }
+    scene = scene.body(panel("sleeve", 9, [0.55, 0.0, 0.0]));
+    let side = |name: &str| SeamSide::new(name, Select { rows: Some([3, 8]), ..Select::cols(8, 8) });
+    scene = scene
+        .seam(Seam::new(side("front"), side("back")).closing(0.0, 0.3, 0.0))
+        .seam(Seam::pairs("front", "sleeve", [[35, 36], [26, 37]]).closing(0.0, 0.6, 0.0))
+        .seam(Seam::pairs("back", "sleeve", [[35, 36]]).closing(0.2, 0.8, 0.0));
+    let mut simulation = build(&scene);
+    let mut fastest: f64 = 0.0;
+    for _ in 0..90 {
+        run(&mut simulation, 1);
+        fastest = fastest.max(state::state(&simulation).1.into_iter().map(norm).fold(0.0, f64::max));
+    }
+    assert!(fastest < 20.0, "{fastest} m/s");
+    let x = positions(&simulation);
+    near("closed", norm(sub(x[35], x[81 + 35])), 0.0, 1e-9);
+    near("closed", norm(sub(x[35], x[162 + 36])), 0.0, 1e-9);
+}
