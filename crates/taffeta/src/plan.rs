@@ -14,6 +14,8 @@ pub struct Substep<T> {
     pub wind_force: [f64; 3],
     /// Linear drag [kg/s].
     pub drag: f64,
+    /// When its frame starts [s].
+    pub frame_start: f64,
     /// Fraction of the frame at its end, and its rate [1/s].
     pub frame_fraction: (T, T),
     /// Parameters of features.
@@ -31,6 +33,7 @@ impl<T: Real> Substep<T> {
             gravity: [0.0; 3],
             wind_force: [0.0; 3],
             drag: 0.0,
+            frame_start: 0.0,
             frame_fraction: (T::ZERO, T::ZERO),
             extensions: Extensions::default(),
         }
@@ -46,6 +49,7 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>
             gravity: world.gravity,
             wind_force: world.wind_force,
             drag: world.drag,
+            frame_start: start,
             frame_fraction: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
             extensions: Extensions::default(),
         };

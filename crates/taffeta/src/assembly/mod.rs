@@ -41,6 +41,11 @@ impl Assembly {
         }
     }
 
+    /// The number of the body of a node, given by its solver index.
+    pub(crate) fn number_of_body(&self, node: u32) -> usize {
+        self.bodies.partition_point(|body| body.first <= node as usize) - 1
+    }
+
     /// A body that comes after those that are there.
     pub(crate) fn next_body(&self, index: usize, body: &Body) -> Result<BodyAssembly, SceneError> {
         let mut built = match &body.mesh {

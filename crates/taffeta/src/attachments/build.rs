@@ -77,7 +77,7 @@ impl Assembly {
 
     /// The body of a node, given by its solver index.
     fn body_of(&self, node: u32) -> &BodyAssembly {
-        &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1]
+        &self.bodies[self.number_of_body(node)]
     }
 
     /// Whether no permanent pin holds a node.

@@ -46,8 +46,7 @@ impl Assembly {
     pub(crate) fn points(&self) -> Vec<u32> {
         let (all, mut sets) = (self.attachments(), Sets::new(self.places));
         for joint in all.joints.iter().filter(|joint| joint.ends[1] & IS_POINT == 0) {
-            let JointMaterial { length, compliance, .. } = all.materials[joint.material as usize];
-            if length == 0.0 && compliance == 0.0 {
+            if all.materials[joint.material as usize].is_tight() {
                 sets.join(joint.ends[0], joint.ends[1]);
             }
         }
@@ -126,6 +125,11 @@ pub struct Tether {
 }
 
 impl JointMaterial {
+    /// Whether it brings its nodes to one place.
+    pub fn is_tight(&self) -> bool {
+        self.length == 0.0 && self.compliance == 0.0
+    }
+
     /// Fraction of its closing at time `t` [s].
     pub fn closed_fraction(&self, t: f64) -> f64 {
         let [start, end] = self.close;

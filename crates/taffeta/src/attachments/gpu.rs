@@ -38,7 +38,7 @@ pub struct AttachmentTables {
 /// Refuses joints between partitions, sewn bodies with self-collision, and breakable pins on colliders.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let all = assembly.attachments();
-    let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
+    let body = |node: u32| assembly.number_of_body(node);
     if let Some(joint) = all.joints.iter().find(|joint| all.is_carried(joint)) {
         let message = format!(
             "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; the CPU would do",

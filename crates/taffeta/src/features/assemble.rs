@@ -8,6 +8,7 @@ use crate::elements::load::build as loads;
 use crate::scene::{Air, Body, Scene, SceneError};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::levels::Level;
+use crate::solvers::implicit::sewn::sews_levels;
 
 impl Assembly {
     /// Checks a scene and builds it.
@@ -31,7 +32,12 @@ impl Assembly {
         if assembly.solver.is_primal() {
             let bodies = 0..assembly.bodies.len();
             let elements: Vec<bool> = bodies.map(|body| assembly.has_solved_elements(body)).collect();
-            let joined = scene.bodies.iter().any(Body::has_surface_contact);
+            let is_solved = |name: &str| {
+                let of = |body: &BodyAssembly| body.name == name;
+                assembly.bodies.iter().position(of).is_some_and(|body| elements[body])
+            };
+            let joined =
+                sews_levels(&scene.seams, is_solved) || scene.bodies.iter().any(Body::has_surface_contact);
             assembly.extensions.insert(Level::all(&assembly.bodies, &constraints, &elements, joined));
         }
         assembly.extensions.insert(constraints);

@@ -61,6 +61,7 @@ pub fn parameters<T: Real>(assembly: &Assembly, span: [f64; 2], substep: &mut Su
     volume::constraint::parameters(assembly, span, substep);
     attachments::constraints::parameters(assembly, span, substep);
     implicit::scheme::parameters(assembly, span, substep);
+    implicit::sewn::parameters(assembly, substep);
 }
 
 /// A scene on the CPU.

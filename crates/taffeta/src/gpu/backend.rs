@@ -111,10 +111,12 @@ impl GpuBackend {
             features.for_each(|feature| feature.write_all());
         }
         // What the driver refuses is known before the first frame.
-        let substeps = plan::frame(&backend.assembly, 0.0, parameters);
-        let few = &substeps[..substeps.len().min(backend.at_once())];
-        backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
-        backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
+        for start in backend.assembly.sewn_from().last().copied().into_iter().chain([0.0]) {
+            let substeps = plan::frame(&backend.assembly, start, parameters);
+            let few = &substeps[..substeps.len().min(backend.at_once())];
+            backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
+            backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
+        }
         Ok(backend)
     }
 

@@ -19,6 +19,7 @@ pub fn rows() -> Vec<Row> {
         dual::parity::ROWS,
         implicit::parity::ROWS,
         implicit::contacts_parity::ROWS,
+        implicit::sewn_parity::ROWS,
         attachments::parity::ROWS,
         nodes::parity::ROWS,
         triangles::parity::ROWS,

@@ -129,6 +129,16 @@ impl Seam {
         Self { pairs, ..Self::new(SeamSide::body(from), SeamSide::body(to)) }
     }
 
+    /// Whether it makes one point of the nodes of each pair for good, once it is closed.
+    pub(crate) fn makes_points(&self) -> bool {
+        self.length == 0.0 && self.k.is_none() && self.break_force.is_none()
+    }
+
+    /// The bodies of both sides.
+    pub(crate) fn bodies(&self) -> [&str; 2] {
+        [&self.from.body, &self.to.body]
+    }
+
     /// Sets when it closes [s], and at which length [m].
     pub fn closing(mut self, start: f64, end: f64, length: f64) -> Self {
         (self.close, self.length) = (Closing { start, end }, length);

@@ -222,7 +222,7 @@ impl Assembly {
         all.soft = all.materials.len();
         self.attachments().joined().for_each(|pair| listed.join(pair));
         all.points = self.points();
-        listed.join_points(&all.points);
+        listed.average_points(&all.points);
         let mut of_colliders = Vec::new();
         for collider in self.colliders() {
             of_colliders.push(all.materials.len() as u32);
@@ -274,7 +274,7 @@ impl Assembly {
         let Some(Piercing { edge, triangle }) = found.first else { return false };
         let ends =
             if (edge[0] as usize) < all.places { [edge[0], edge[1]] } else { [triangle[0], triangle[1]] };
-        let index = self.bodies.partition_point(|body| body.first <= ends[0] as usize) - 1;
+        let index = self.number_of_body(ends[0]);
         let body = &mut self.bodies[index];
         let [a, b] = ends.map(|node| body.vertex_of_solver(node as usize - body.first));
         body.warnings.push(format!(
@@ -476,7 +476,7 @@ impl Listed {
 
     /// Joins the places that are sewn to the same point, also by way of others. Of very many only those are joined that have a seam
     /// of their own: all their pairs would be too many.
-    fn join_points(&mut self, points: &[u32]) {
+    fn average_points(&mut self, points: &[u32]) {
         let mut all: HashMap<u32, Vec<u32>> = HashMap::new();
         for (place, &point) in (0..).zip(points) {
             if place != point {

@@ -18,7 +18,8 @@ use crate::solvers::dual::gpu_layout::{
 };
 use crate::solvers::explicit::gpu_layout::{Part, Patch};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, PcgState, SlotSpring, Symmetric, WeightedIndex,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, PcgState, SlotSpring, Symmetric, Weight,
+    WeightedIndex,
 };
 use crate::volume::gpu_layout::Chunk;
 use crate::volume::gpu_layout::VolumeGroup;
@@ -224,6 +225,7 @@ fn records_of_solvers() -> Vec<Record> {
         record!(Symmetric { diagonal, mixed; gap, padding }),
         record!(Diagonal { own, inverse }),
         record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
+        record!(Weight { x, y, z; gap, padding, end }),
         record!(NodeSolve { steps, before, is_met, first, kept, next }),
     ]
 }

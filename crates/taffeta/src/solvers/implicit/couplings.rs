@@ -161,9 +161,9 @@ impl<S: Copy> Couplings<S> {
 impl Tables {
     /// Those of some bodies, whose springs on the finest level are in these slots; none where no element is solved for. Nodes are
     /// counted from the first of the bodies, on each level.
-    pub fn new(assembly: &Assembly, bodies: &Range<usize>, slots: &Slots) -> Option<Self> {
+    pub fn new(assembly: &Assembly, levels: &[Level], bodies: &Range<usize>, slots: &Slots) -> Option<Self> {
         let mut tables = Self::of_finest(assembly, bodies)?;
-        tables.add_coarser(assembly, bodies, slots);
+        tables.add_coarser(assembly, levels, bodies, slots);
         Some(tables)
     }
 
@@ -195,7 +195,7 @@ impl Tables {
         Some(Self { solved, forces, finest, coarser: Vec::new() })
     }
 
-    fn add_coarser(&mut self, assembly: &Assembly, bodies: &Range<usize>, slots: &Slots) {
+    fn add_coarser(&mut self, assembly: &Assembly, levels: &[Level], bodies: &Range<usize>, slots: &Slots) {
         let (tables, first) = (self, assembly.bodies[bodies.start].first);
         let last = &assembly.bodies[bodies.end - 1];
         let mut finer = Finer {
@@ -204,7 +204,7 @@ impl Tables {
             slots: slots.of_edge.iter().map(|&slot| tables.finest.len() as u32 + slot).collect(),
             first_edge: assembly.constraints().ends.partition_point(|ends| (ends[0] as usize) < first),
         };
-        for (number, level) in assembly.levels().iter().enumerate() {
+        for (number, level) in levels.iter().enumerate() {
             let Some(here) = Finer::places_of(level, bodies) else { break };
             let own = if number == 0 {
                 let from = tables.finest.len();

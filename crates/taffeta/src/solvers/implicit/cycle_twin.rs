@@ -69,6 +69,11 @@ impl Twin<'_> {
         self.smooth_to(&nodes, [Vector::Cycle, Vector::Cycled]);
     }
 
+    pub fn smooth_back(&mut self, groups: &[LevelGroup]) {
+        let nodes = self.open(groups);
+        self.smooth_to(&nodes, [Vector::Cycled, Vector::Cycle]);
+    }
+
     fn smooth_to(&mut self, nodes: &[usize], [from, to]: [Vector; 2]) {
         self.all(nodes, to, |twin, node| {
             add(twin.get(from, node), twin.jacobi(node, twin.left_of(from, node)))

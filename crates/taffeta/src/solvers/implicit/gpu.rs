@@ -1,27 +1,26 @@
-//! Springs that are integrated implicitly on the GPU, and how their system is solved in a sub-step.
+//! Springs that are integrated implicitly on the GPU.
+
+mod commands;
 
 use crate::assembly::Assembly;
 use crate::backend::SolverState;
-use crate::contact::colliders::gpu::Colliders;
-use crate::contact::colliders::gpu::Contact;
-use crate::contact::triangles::gpu::TriangleContact;
 use crate::elements::KINDS;
-use crate::elements::gpu::Elements;
-use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
+use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::{Choice, Name};
-use crate::gpu::layout::{Four, GROUP, Solving, Substep};
+use crate::gpu::layout::{Four, Solving, Substep};
 use crate::gpu::needed::Needed;
 use crate::gpu::schedule::Fused;
-use crate::motion::gpu::Pins;
 use crate::report::FrameSums;
 use crate::scene::Ice;
 use crate::solvers::dual::gpu::add_statistics;
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, IS_LEFT, LevelGroup, MOST_OPEN_AT, NodeSolve, Parents, STEP_WORDS, SUMS,
-    SlotSpring, Symmetric, VECTORS, Vector, WeightedIndex, When,
+    CoarseEdge, Diagonal, IS_LEFT, LevelGroup, MOST_OPEN_AT, NodeSolve, STEP_WORDS, SUMS, SlotSpring,
+    Symmetric, VECTORS, Vector, WeightedIndex,
 };
-use crate::solvers::implicit::gpu_tables::{CouplingWords, MultigridTables};
+use crate::solvers::implicit::gpu_sewn::{Followers, Sewn};
+use crate::solvers::implicit::gpu_tables::MultigridTables;
+use crate::solvers::implicit::implicit::LAST_PAIRS;
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
@@ -34,6 +33,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "couplings.wgsl",
         "couplings_stages.wgsl",
         "implicit.wgsl",
+        "joined_systems.wgsl",
         "level_stages.wgsl",
         "levels.wgsl",
         "moved.wgsl",
@@ -42,6 +42,8 @@ pub const SHADERS: &[Shader] = shaders!(
         "no_couplings.wgsl",
         "second_order.wgsl",
         "set_up.wgsl",
+        "sewn.wgsl",
+        "sewn_stages.wgsl",
         "stages.wgsl",
         "with_contacts.wgsl"
     ]
@@ -87,13 +89,7 @@ struct Part {
     edges: Buffer<CoarseEdge>,
 }
 
-/// Blocks of elements, and what they are made of.
-struct CouplingBuffers {
-    blocks: Buffer<[u32; 4]>,
-    sources: Buffer<[u32; 2]>,
-}
-
-/// Which systems bodies have, and which of them contacts join.
+/// Which systems bodies have, and which of them contacts and seams join.
 struct JoinedBuffers {
     systems: Buffer<u32>,
     joins: Buffer<u32>,
@@ -101,21 +97,25 @@ struct JoinedBuffers {
 
 /// Springs that are integrated implicitly, on the device.
 pub struct Implicit {
-    /// All groups and edges of each level; those that iterations have on coarser levels; tails.
+    /// All groups and edges of each level; those that iterations have on coarser levels; tails; the second once more once all
+    /// seams are closed, where that makes a difference.
     parts: Vec<Part>,
     slots: Buffer<u32>,
     slot_springs: Buffer<SlotSpring>,
-    parents: Buffer<Parents>,
-    children: Buffer<WeightedIndex>,
+    /// At first; and once all seams are closed.
+    followers: Followers,
+    sewn_followers: Option<Followers>,
     edge_weights: Buffer<WeightedIndex>,
     level_sizes: Buffer<[u32; 2]>,
     /// The same on the host.
     counted: Vec<[u32; 2]>,
     spring_blocks: Buffer<Four>,
     coarse_blocks: Buffer<Symmetric>,
-    /// Blocks of other elements, and what they are made of.
-    couplings: Option<CouplingBuffers>,
-    /// Which systems contacts of surfaces join, if there are some.
+    /// Points that seams make.
+    sewn: Option<Sewn>,
+    /// Whether there are contacts of surfaces.
+    in_contact: bool,
+    /// Which systems those or seams join, if there are some.
     joined: Option<JoinedBuffers>,
     diagonals: Buffer<Diagonal>,
     vectors: Buffer<Four>,
@@ -168,15 +168,11 @@ impl Implicit {
         for (groups, edges) in groups[1..].iter().zip(&multigrid.edges) {
             parts.push(part(groups, edges)?);
         }
-        for groups in wide.iter().chain([tail]) {
+        let sewn_levels = multigrid.sewn_levels.as_deref();
+        for groups in wide.iter().chain([tail]).chain(sewn_levels.iter().flat_map(|sewn| &sewn.wide)) {
             parts.push(part(groups, &[])?);
         }
-        let couplings = |words: &CouplingWords| -> Result<_, GpuError> {
-            Ok(CouplingBuffers {
-                blocks: gpu.buffer_from("blocks of elements", &words.words)?,
-                sources: gpu.buffer_from("sources of blocks", &words.sources)?,
-            })
-        };
+        let sewn = Sewn::new(gpu, multigrid)?;
         let joined = || -> Result<_, GpuError> {
             Ok(JoinedBuffers {
                 systems: gpu.buffer_from("systems of nodes", &multigrid.systems(places.len()))?,
@@ -189,14 +185,15 @@ impl Implicit {
             parts,
             slots: gpu.buffer_from("springs by node", &multigrid.slots)?,
             slot_springs: gpu.buffer_from("springs of slots", &multigrid.slot_springs)?,
-            parents: gpu.buffer_from("coarser nodes", &multigrid.parents)?,
-            children: gpu.buffer_from("finer nodes", &multigrid.children)?,
+            followers: Followers::new(gpu, multigrid)?,
+            sewn_followers: sewn_levels.map(|levels| Followers::new(gpu, levels)).transpose()?,
             edge_weights: gpu.buffer_from("finer edges", &multigrid.edge_weights)?,
             level_sizes: gpu.buffer_from("sizes of levels", &counted)?,
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
-            couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
-            joined: in_contact.then(joined).transpose()?,
+            in_contact,
+            joined: (in_contact || sewn.as_ref().is_some_and(Sewn::may_join)).then(joined).transpose()?,
+            sewn,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
             predicted_contacts: gpu.buffer("nodes of springs", multigrid.finest)?,
@@ -223,216 +220,12 @@ impl Implicit {
         }))
     }
 
-    /// The part that iterations have of a coarser level.
-    fn wide(&self, level: usize) -> usize {
-        self.levels + level - 1
-    }
-
-    /// Coarser levels of which iterations have a part.
-    fn wide_levels(&self) -> usize {
-        let part = |level: &usize| !self.parts[self.wide(*level)].groups.is_empty();
-        (1..self.levels).filter(part).count()
-    }
-
-    /// The part of all tails.
-    fn tail(&self) -> usize {
-        self.parts.len() - 1
-    }
-
-    /// Finds what springs change of velocities, where all other forces are known, and adds it.
-    fn find_changes<'f>(&'f self, features: &'f Features) -> Vec<Command<'f>> {
-        let nodes = self.parts[0].groups.len();
-        let run = |entry, groups| Command::run(self.name(entry), groups);
-        let mut all = vec![run("free_nodes", nodes)];
-        all.extend(features.get::<Pins>().map(Pins::command));
-        if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            let name = Name::new("predict_mesh_contacts_implicit").with(Contact::Meshes.choices());
-            all.push(Command::run(name, nodes));
-        }
-        all.push(run("predict_contacts_implicit", nodes));
-        if let Some(contacts) = self.contacts(features) {
-            all.extend(self.find_contacts(contacts));
-        }
-        if self.is_automatic() {
-            all.push(run("sum_motion", nodes));
-        }
-        for newton in 0..self.newton_steps.max(1) {
-            if newton > 0 {
-                all.push(run("next_newton_step", nodes));
-            }
-            self.linearise(features, &mut all);
-            self.coarsen(&mut all);
-            self.iterate(features, &mut all);
-        }
-        if let Some(contacts) = self.contacts(features) {
-            all.extend([run("multiply_change", nodes), contacts.each_for_solver("apply_contacts")]);
-            all.extend(contacts.keep_solved());
-        }
-        all.extend([
-            run("record_implicit_statistics", 1),
-            run("spring_impulses", nodes),
-            run("add_implicit_forces", nodes),
-        ]);
-        all
-    }
-
-    /// Contacts of surfaces, if they are part of the system.
-    fn contacts<'f>(&self, features: &'f Features) -> Option<&'f TriangleContact> {
-        features.get::<TriangleContact>().filter(|_| self.joined.is_some())
-    }
-
-    /// Finds the contacts that may come about in the sub-step, and which systems they join.
-    fn find_contacts<'f>(&self, contacts: &'f TriangleContact) -> Vec<Command<'f>> {
-        let systems = self.node_solves.len().div_ceil(GROUP);
-        let mut all = contacts.find_for_solver();
-        all.extend([
-            Command::run(Name::new("part_systems"), systems),
-            contacts.each_for_solver("take_contacts"),
-            Command::run(Name::new("name_systems"), systems),
-        ]);
-        all
-    }
-
-    /// Whether the solver finds how many Newton steps it takes.
-    fn is_automatic(&self) -> bool {
-        self.newton_steps == 0
-    }
-
-    /// A further Newton step, where one is needed and none is under way.
-    fn go_on<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
-        let nodes = self.parts[0].groups.len();
-        let mut judged = Vec::new();
-        if self.joined.is_some() {
-            judged.push(Command::run(Name::new("multiply_change"), nodes));
-        }
-        judged.extend(
-            ["spring_impulses", "next_newton_step"].map(|entry| Command::run(self.name(entry), nodes)),
-        );
-        self.linearise(features, &mut judged);
-        judged.extend(["measure_left", "judge_systems"].map(|entry| Command::run(self.name(entry), nodes)));
-        let mut begun = Vec::new();
-        self.coarsen(&mut begun);
-        all.push(Command::run(Name::new("count_next_step"), 1));
-        all.extend(judged.into_iter().map(|command| self.when(When::Judged, command)));
-        all.push(Command::run(Name::new("count_unmet"), 1));
-        all.extend(begun.into_iter().map(|command| self.when(When::Begun, command)));
-    }
-
-    /// A command in as many workgroups as are counted for it; of no workgroups it stays as it is. So do those of contacts, which are
-    /// counted by themselves: they find out by the state of a system whether its next step begins.
-    fn when<'f>(&'f self, when: When, command: Command<'f>) -> Command<'f> {
-        match command {
-            Command::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) }) if groups > 0 => {
-                let counted = self.counted.iter().position(|&one| one == [groups as u32, when as u32]);
-                let index = counted.expect("MultigridTables::counted lists what a further step runs");
-                Command::Dispatch(Dispatch { name, part, groups: Groups::Counted(&self.counts, index) })
-            }
-            other => other,
-        }
-    }
-
-    /// A kernel that may import what a system is made of.
-    fn name(&self, entry: &'static str) -> Name {
-        let mut name = Name::new(entry);
-        if self.couplings.is_some() {
-            name = name.with(&[COUPLED]);
-        }
-        if self.joined.is_some() { name.with(&[CONTACTS]) } else { name }
-    }
-
-    /// Forces, blocks and diagonals of the finest level.
-    fn linearise<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
-        let nodes = self.parts[0].groups.len();
-        if self.couplings.is_some() {
-            all.extend(features.get::<Elements>().into_iter().flat_map(|all| all.linearise(&[MOVED])));
-            all.push(Command::run(Name::new("set_up_couplings"), nodes));
-        }
-        all.push(Command::run(self.name("set_up_nodes"), nodes));
-        if let Some(contacts) = self.contacts(features) {
-            all.push(contacts.each_for_solver("linearise_contacts"));
-            all.push(Command::run(Name::new("add_contacts"), nodes));
-        }
-    }
-
-    /// Blocks and diagonals of coarser levels, and what iterations start from.
-    fn coarsen<'f>(&'f self, all: &mut Vec<Command<'f>>) {
-        for (level, part) in self.parts[..self.levels].iter().enumerate().skip(1) {
-            let (groups, edges) = (part.groups.len(), part.edges.len().div_ceil(GROUP));
-            if self.couplings.is_some() {
-                all.push(Command::run_part(Name::new("coarsen_couplings"), level, groups));
-                continue;
-            }
-            let entry = if level == 1 { "coarsen_springs" } else { "coarsen_edges" };
-            all.push(Command::run_part(Name::new(entry), level, edges));
-            all.push(Command::run_part(Name::new("coarsen_nodes"), level, groups));
-        }
-        if self.couplings.is_some() {
-            let levels = || self.parts[..self.levels].iter().enumerate();
-            let of_all = |entry| {
-                levels()
-                    .map(move |(level, part)| Command::run_part(Name::new(entry), level, part.groups.len()))
-            };
-            all.extend(of_all("bound_couplings").chain(of_all("scale_inverses")));
-        }
-        let nodes = self.parts[0].groups.len();
-        if self.joined.is_some() {
-            all.push(Command::run(Name::new("multiply_cycled"), nodes));
-        }
-        all.push(Command::run(self.name("start_nodes"), nodes));
-    }
-
-    /// Conjugate gradients, in the steps that are written down.
-    fn iterate<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
-        let has_tail = !self.parts[self.tail()].groups.is_empty();
-        let levels: Vec<(usize, usize)> =
-            (1..=self.wide_levels()).map(|level| (self.wide(level), level)).collect();
-        for step in 0..self.room {
-            if self.is_automatic() && step > 0 && step % BETWEEN_NEWTON_STEPS == 0 {
-                self.go_on(features, all);
-            }
-            if step % BETWEEN_COUNTS == 0 {
-                all.push(Command::run(Name::new("count_open_systems"), 1));
-            }
-            all.push(self.counted("step_nodes", (0, 0)));
-            if step + 1 == self.room {
-                // Nothing asks for what it leaves.
-                break;
-            }
-            all.extend(self.multiplied("multiply_cycle", "residual_of_nodes"));
-            for &level in &levels {
-                all.extend([self.counted("restrict_level", level), self.counted("residual_of_level", level)]);
-            }
-            if has_tail {
-                all.push(self.counted("cycle_tail", (self.tail(), self.levels)));
-            }
-            for &level in levels.iter().rev() {
-                all.extend([self.counted("prolong_level", level), self.counted("smooth_level", level)]);
-            }
-            all.push(self.counted("prolong_level", (0, 0)));
-            all.extend(self.multiplied("multiply_cycle", "smooth_nodes"));
-            all.extend(self.multiplied("multiply_cycled", "apply_nodes"));
-        }
-        all.push(Command::run(Name::new("count_left"), 1));
-    }
-
     /// Leaves away what a number of frames did not need: each dispatch takes time, also without workgroups.
     fn note_needed(&mut self) {
         if let Some([most]) = self.needed.note([self.counted_steps[MOST_OPEN_AT]]) {
             let needed = (BETWEEN_COUNTS * most).next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS;
             self.room = self.room.min(needed);
         }
-    }
-
-    /// A kernel that needs a product with contacts, if there are some, and then that product before it.
-    fn multiplied(&self, product: &'static str, entry: &'static str) -> impl Iterator<Item = Command<'_>> {
-        let product = self.joined.is_some().then_some(product);
-        product.into_iter().chain([entry]).map(|entry| self.counted(entry, (0, 0)))
-    }
-
-    /// A kernel on a part of a level, in as many workgroups as were counted for it.
-    fn counted(&self, entry: &'static str, (part, which): (usize, usize)) -> Command<'_> {
-        let groups = Groups::Counted(&self.counts, which);
-        Command::Dispatch(Dispatch { name: self.name(entry), part, groups })
     }
 
     /// What is kept from one sub-step to the next.
@@ -465,8 +258,6 @@ impl Feature for Implicit {
             ("coarse_edges", &level.edges),
             ("slots", &self.slots),
             ("slot_springs", &self.slot_springs),
-            ("parents", &self.parents),
-            ("children", &self.children),
             ("edge_weights", &self.edge_weights),
             ("level_sizes", &self.level_sizes),
             ("spring_blocks", &self.spring_blocks),
@@ -484,11 +275,8 @@ impl Feature for Implicit {
             let both: [(&'static str, &dyn Bindable); 2] = [("systems", systems), ("joins", joins)];
             all.extend(both);
         }
-        if let Some(CouplingBuffers { blocks, sources }) = &self.couplings {
-            let both: [(&'static str, &dyn Bindable); 2] =
-                [("couplings", blocks), ("coupling_sources", sources)];
-            all.extend(both);
-        }
+        all.extend(self.sewn_followers().unwrap_or(&self.followers).buffers());
+        all.extend(self.sewn.iter().flat_map(Sewn::buffers));
         all
     }
 
@@ -507,7 +295,8 @@ impl Feature for Implicit {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
             record.solving = self.solving.stepping(substep.h, substep.scheme());
         }
-        Ok(false)
+        let begun = upload.substeps.first().and_then(|substep| substep.sewn());
+        Ok(self.sewn.as_mut().is_some_and(|sewn| sewn.begin(begun)))
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {
@@ -525,9 +314,11 @@ impl Feature for Implicit {
     }
 
     fn dispatches(&self) -> usize {
-        let of_contacts = if self.joined.is_some() { 3 } else { 0 };
-        let of_step = 6 + of_contacts + 4 * self.wide_levels();
-        let of_elements = if self.couplings.is_some() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
+        let of_contacts = if self.in_contact { 3 } else { 0 };
+        let of_seams = if self.sewn.is_some() { 4 + 2 * LAST_PAIRS } else { 0 };
+        let of_step = 6 + of_contacts + of_seams + 4 * self.wide().len();
+        let of_elements =
+            if self.followers.has_elements() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
         let set_up = 6 + 2 * of_contacts + 3 * self.levels + of_elements;
         let further = if self.is_automatic() { self.room / BETWEEN_NEWTON_STEPS } else { 0 };
         let of_iterations = self.room as usize * of_step + further as usize * set_up;

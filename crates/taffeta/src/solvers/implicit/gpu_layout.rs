@@ -92,6 +92,18 @@ pub struct NodeSolve {
     pub next: PcgState,
 }
 
+/// `Weight` of sewn.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Weight {
+    pub x: [f32; 3],
+    pub gap: u32,
+    pub y: [f32; 3],
+    pub padding: u32,
+    pub z: [f32; 3],
+    pub end: u32,
+}
+
 /// Sorts of sums by group of nodes in `product_sums`.
 pub const SUMS: usize = 3;
 

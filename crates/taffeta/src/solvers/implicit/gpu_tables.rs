@@ -10,6 +10,7 @@ use crate::solvers::implicit::couplings::{self, Couplings, Solved};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, LevelGroup, Parents, SlotSpring, VECTORS, WeightedIndex, When,
 };
+use crate::solvers::implicit::gpu_sewn::SewnLists;
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
 use crate::solvers::iterations as needed;
@@ -46,6 +47,11 @@ pub struct MultigridTables {
     pub couplings: Option<CouplingWords>,
     /// Number of systems.
     pub solves: usize,
+    /// Points that seams make, by the time from which they do.
+    pub sewn: Vec<SewnLists>,
+    /// The same bodies once all seams are closed, where that makes a difference to their coarser levels. It has no tails: a system
+    /// may have more nodes than a workgroup has lanes.
+    pub sewn_levels: Option<Box<Self>>,
     /// Workgroups of the kernels that linearise elements, where a further Newton step may follow.
     linearised: Vec<u32>,
     /// Iterations of each that they need at most.
@@ -175,9 +181,13 @@ impl MultigridTables {
         let levels = self.groups.iter().map(|groups| groups.len() as u32);
         let edges = self.edges.iter().map(|edges| edges.len().div_ceil(GROUP) as u32);
         let judged = [finest].into_iter().chain(self.linearised.iter().copied());
+        let points = || [self.point_groups()].into_iter();
+        let sewn = self.sewn_levels.iter().flat_map(|sewn| &sewn.wide).map(|groups| groups.len() as u32);
         let further = judged
+            .chain(points())
             .map(|one| [one, When::Judged as u32])
-            .chain(levels.chain(edges).map(|one| [one, When::Begun as u32]));
+            .chain(levels.chain(edges).chain(points()).map(|one| [one, When::Begun as u32]))
+            .chain(sewn.chain(points()).map(|one| [one, When::Iterated as u32]));
         for one in further.filter(|one| one[0] > 0) {
             // Those of the same size share their count.
             if !all.contains(&one) {
@@ -187,8 +197,37 @@ impl MultigridTables {
         all
     }
 
-    /// The levels of some bodies.
+    /// Workgroups of kernels that have an invocation for each point that seams make.
+    pub fn point_groups(&self) -> u32 {
+        let points = self.sewn.iter().map(|lists| lists.starts.len() - 1).max().unwrap_or(0);
+        points.div_ceil(GROUP) as u32
+    }
+
+    /// The levels of some bodies, and what seams make of them.
     pub fn new(bodies: &Bodies<'_>, elements: &ElementTables) -> Result<Self, String> {
+        let assembly = bodies.assembly;
+        let mut multigrid = Self::of_levels(bodies, elements, assembly.levels(), true)?;
+        if multigrid.is_empty() {
+            return Ok(multigrid);
+        }
+        let points = assembly.sewn_points();
+        multigrid.sewn = points.iter().map(|points| SewnLists::new(bodies, points)).collect();
+        if multigrid.couplings.is_some()
+            && multigrid.sewn.last().is_some_and(|last| !last.nodes.is_empty())
+            && let Some(levels) = assembly.sewn_levels(&points)
+        {
+            multigrid.sewn_levels = Some(Box::new(Self::of_levels(bodies, elements, &levels, false)?));
+        }
+        Ok(multigrid)
+    }
+
+    /// The levels of some bodies; those of few nodes are tails, if asked for.
+    fn of_levels(
+        bodies: &Bodies<'_>,
+        elements: &ElementTables,
+        levels: &[Level],
+        has_tails: bool,
+    ) -> Result<Self, String> {
         let (assembly, bodies) = (bodies.assembly, bodies.range.clone());
         let all = assembly.constraints();
         if !assembly.solver.is_primal() {
@@ -205,7 +244,7 @@ impl MultigridTables {
             *first..first + if acts(body) { *nodes } else { 0 }
         };
         let places: Vec<Range<usize>> = bodies.clone().map(nodes).collect();
-        let coarser = assembly.levels().iter().map(|level| {
+        let coarser = levels.iter().map(|level| {
             // Blocks of springs go over to those of elements on coarser levels.
             Part::new(&level.bodies[bodies.clone()], if coupled { &[] } else { &level.edges })
         });
@@ -222,12 +261,12 @@ impl MultigridTables {
         if coupled {
             multigrid.edges = vec![Vec::new(); parts.len() - 1];
         } else {
-            multigrid.list_edges(&parts, assembly.levels());
+            multigrid.list_edges(&parts, levels);
         }
         multigrid.lay_out(&parts)?;
-        multigrid.follow(&parts, assembly.levels());
-        multigrid.cut(&parts);
-        if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots) {
+        multigrid.follow(&parts, levels);
+        multigrid.cut(&parts, has_tails);
+        if let Some(couplings) = couplings::Tables::new(assembly, levels, &bodies, &parts[0].slots) {
             let places: Vec<usize> = parts.iter().map(|part| part.places).collect();
             let mut words = CouplingWords::new(&couplings, &places, elements)?;
             let with_elements = |body: &usize| assembly.has_solved_elements(*body);
@@ -327,7 +366,7 @@ impl MultigridTables {
     }
 
     /// Cuts the bodies' nodes into groups.
-    fn cut(&mut self, parts: &[Part]) {
+    fn cut(&mut self, parts: &[Part], has_tails: bool) {
         let bodies = parts[0].bodies.iter().enumerate().filter(|(_, nodes)| !nodes.is_empty());
         let solving: Vec<usize> = bodies.map(|(body, _)| body).collect();
         self.groups = vec![Vec::new(); parts.len()];
@@ -337,7 +376,7 @@ impl MultigridTables {
             for (level, part) in parts.iter().enumerate() {
                 let nodes = &part.bodies[body];
                 add_groups(&mut self.groups[level], solve, node + nodes.start, nodes.len());
-                if level > 0 && nodes.len() > FEW {
+                if level > 0 && (nodes.len() > FEW || !has_tails) {
                     add_groups(&mut self.wide[level - 1], solve, node + nodes.start, nodes.len());
                 } else if level > 0 && !nodes.is_empty() {
                     tail.push((node + nodes.start, nodes.len()));

@@ -139,6 +139,17 @@ fn smooth_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
     smooth_on_level(CYCLE, CYCLED, level_groups[index].first + lane);
 }
 
+/// The same from the other vector back.
+@compute @workgroup_size(256)
+fn smooth_level_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
+        || node_solves[level_groups[index].solve].next.is_done != 0u {
+        return;
+    }
+    smooth_on_level(CYCLED, CYCLE, level_groups[index].first + lane);
+}
+
 /// The last step of the cycle.
 @compute @workgroup_size(256)
 fn smooth_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {

@@ -24,7 +24,7 @@ impl Assembly {
 
 /// One level: the coarser graphs of all bodies that have one, one after the other, each from a multiple of the vector
 /// width on.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Level {
     /// Number of places for nodes.
     pub places: usize,
@@ -40,7 +40,7 @@ pub struct Level {
 
 impl Level {
     /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints. `elements`: whether
-    /// each body has other elements that are solved for. `joined`: whether contacts join bodies; then all of them reach the last
+    /// each body has other elements that are solved for. `joined`: whether contacts or seams join bodies; then all of them reach the last
     /// level, some without getting any coarser.
     pub fn all(
         bodies: &[BodyAssembly],

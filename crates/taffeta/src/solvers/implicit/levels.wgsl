@@ -74,7 +74,7 @@ struct NodeSolve {
     steps: u32,
     before: u32,
     is_met: u32,
-    /// The first of the systems that contacts join with it.
+    /// The first of the systems that contacts and seams join with it.
     first: u32,
     /// As products left it, and as steps have found it since.
     kept: PcgState,

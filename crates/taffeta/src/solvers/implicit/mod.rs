@@ -16,6 +16,8 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 #[cfg(feature = "gpu")]
+mod gpu_sewn;
+#[cfg(feature = "gpu")]
 pub mod gpu_tables;
 pub mod implicit;
 pub mod levels;
@@ -26,6 +28,9 @@ pub mod parity;
 #[cfg(feature = "gpu")]
 mod parity_work;
 pub mod scheme;
+pub mod sewn;
+#[cfg(feature = "gpu")]
+pub mod sewn_parity;
 pub mod slots;
 #[cfg(feature = "gpu")]
 pub mod twin;

@@ -44,6 +44,7 @@ pub const ROWS: &[Row] = &[
     row("cycle_tail", Tolerance::new(0.0, 512.0, SAME), tail),
     row("prolong_level", Tolerance::new(0.0, 64.0, SAME), follow),
     row("smooth_level", Tolerance::new(0.0, 64.0, SAME), smooth_level),
+    row("smooth_level_back", Tolerance::new(0.0, 64.0, SAME), smooth_level_back),
     row("smooth_nodes", Tolerance::new(0.0, 64.0, SAME), smooth_nodes),
     row("apply_nodes", Tolerance::new(0.0, 64.0, SUMMED), apply),
     row("count_open_systems", Tolerance::new(0.0, 0.0, COUNTED), count),
@@ -270,6 +271,10 @@ fn follow(bench: &mut Bench<'_>) -> Result<(), String> {
 
 fn smooth_level(bench: &mut Bench<'_>) -> Result<(), String> {
     both_twins(bench, "smooth_level", Part::Wide(1), |twin, groups| twin.smooth(groups))
+}
+
+fn smooth_level_back(bench: &mut Bench<'_>) -> Result<(), String> {
+    both_twins(bench, "smooth_level_back", Part::Wide(1), |twin, groups| twin.smooth_back(groups))
 }
 
 fn smooth_nodes(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -14,6 +14,7 @@
 #import solvers/implicit/implicit.wgsl
 #import solvers/implicit/levels.wgsl
 #import solvers/implicit/second_order.wgsl
+#import solvers/implicit/sewn.wgsl
 
 /// Velocities without springs.
 @compute @workgroup_size(256)
@@ -51,9 +52,19 @@ fn predict_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_in
     }
     let node = level_groups[index].first + lane;
     let x = old_position[node];
+    begin_node(node, find_contact(node, x, new_velocity[node].xyz, vector_of(SPRING_CHANGE, node)));
+    if lane == 0u && index == level_groups[index].first_group {
+        let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
+        let solve = level_groups[index].solve;
+        node_solves[solve] = NodeSolve(0u, 0u, 0u, solve, none, none);
+    }
+}
+
+/// Where the first Newton step starts at a node that is held so.
+fn begin_node(node: u32, found: ContactRecord) {
+    let x = old_position[node];
     let v = old_velocity[node];
     let before = vector_of(SPRING_CHANGE, node);
-    let found = find_contact(node, x, new_velocity[node].xyz, before);
     predicted_contacts[node] = found;
     let predicted = predicted_in(found);
     let friction = friction_change(predicted);
@@ -70,11 +81,57 @@ fn predict_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_in
     let mass = substeps[0].solving.mass * abs(v.w);
     vectors[vector_at(RESIDUAL, node)] = vec4f(0.0, 0.0, 0.0, mass);
     vectors[vector_at(TOTAL, node)] = vec4f(total, mass * dot3(off, off));
-    if lane == 0u && index == level_groups[index].first_group {
-        let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
-        let solve = level_groups[index].solve;
-        node_solves[solve] = NodeSolve(0u, 0u, 0u, solve, none, none);
+}
+
+/// Has what holds one node of a point hold all of them, the first surface where none is pinned; and has them end up in the same
+/// place, where the system starts from.
+@compute @workgroup_size(256)
+fn begin_points(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let number = node_of(id, lane);
+    if number + 1u >= arrayLength(&sewn_starts) {
+        return;
     }
+    let first = sewn_starts[number];
+    let end = sewn_starts[number + 1u];
+    var holder = NONE;
+    var is_pinned = false;
+    for (var i = first; i < end; i++) {
+        let node = sewn_nodes[i];
+        is_pinned = is_pinned || !(old_position[node].w > 0.0);
+        holder = select(holder, node, holder == NONE && in_contact(predicted_at(node)));
+    }
+    if holder != NONE && !is_pinned {
+        let found = predicted_contacts[holder];
+        for (var i = first; i < end; i++) {
+            begin_node(sewn_nodes[i], found);
+        }
+    }
+    var sum = vec3f(0.0);
+    var weights = 0.0;
+    for (var i = first; i < end; i++) {
+        let node = sewn_nodes[i];
+        let weight = select(mass_of(node), select(0.0, 1.0, !(old_position[node].w > 0.0)), is_pinned);
+        sum += vector_of(DIRECTION, node) * weight;
+        weights += weight;
+    }
+    let middle = sum * (1.0 / weights);
+    for (var i = first; i < end; i++) {
+        if old_position[sewn_nodes[i]].w > 0.0 {
+            begin_at(sewn_nodes[i], middle);
+        }
+    }
+}
+
+/// Has a node end up in a place where the first Newton step starts.
+fn begin_at(node: u32, place: vec3f) {
+    let velocity = (place - vector_of(START, node)) * (1.0 / substeps[0].solving.inner);
+    let free = vector_of(FREE, node);
+    let before = vectors[vector_at(TOTAL, node)];
+    let warm = filtered(predicted_at(node), vector_of(CYCLED, node) + before.xyz + free - velocity);
+    put_vector(CYCLED, node, select(vec3f(0.0), warm, substeps[own()].solving.is_warm != 0u));
+    vectors[vector_at(TOTAL, node)] = vec4f(velocity - free, before.w);
+    put_vector(DIRECTION, node, place);
+    put_vector(DIRECTION_PRODUCT, node, velocity);
 }
 
 /// From where a node's system starts; returns its velocity without springs. Outer forces alone would make it `outside` in

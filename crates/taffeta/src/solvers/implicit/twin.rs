@@ -162,7 +162,6 @@ impl Twin<'_> {
     pub fn predict_contacts(&mut self) {
         for (node, _) in self.finest() {
             let (x, approach) = (self.fixture.old.position[node], self.approach(node));
-            let (free, spring_change) = (approach.free, approach.solver_change);
             self.work.predicted_contacts[node] = if x[3] > 0.0 {
                 deepest_contact(
                     self.fixture.substep().met_colliders().at(node),
@@ -172,29 +171,30 @@ impl Twin<'_> {
             } else {
                 contact_record(PredictedContact { slides: 0.0, ..PredictedContact::FREE }, 0, true)
             };
-            let (predicted, v) = (self.predicted(node), three(self.fixture.old.velocity[node]));
-            let outside = free;
-            let free = self.begin(node, outside);
-            let total = if x[3] > 0.0 { sub(predicted.carried_velocity(v), free) } else { [0.0; 3] };
-            let spring_change = add(spring_change, sub(outside, free));
-            let warm = self.solving.is_warm != 0;
-            let start = if warm {
-                predicted.filtered(sub(spring_change, sub(total, predicted.friction_change())))
-            } else {
-                [0.0; 3]
-            };
-            self.put(Vector::Change, node, [0.0; 3]);
-            self.put(Vector::Cycled, node, start);
-            self.set_trial_state(node, total);
-            let mass = self.solving.mass * self.fixture.old.velocity[node][3].abs();
-            let [residual, at] = [Vector::Residual, Vector::Total].map(|which| self.at(which, node));
-            self.work.vectors[residual] = [0.0, 0.0, 0.0, mass];
-            let off = if x[3] > 0.0 { sub(v, free) } else { [0.0; 3] };
-            self.work.vectors[at][3] = mass * dot(off, off);
+            self.begin_node(node);
         }
         for (number, solve) in (0..).zip(&mut self.work.solves) {
             *solve = NodeSolve { first: number, ..NodeSolve::default() };
         }
+    }
+
+    /// Where the first Newton step starts at a node that is held as was found.
+    pub(super) fn begin_node(&mut self, node: usize) {
+        let is_free = self.fixture.old.position[node][3] > 0.0;
+        let (predicted, v) = (self.predicted(node), three(self.fixture.old.velocity[node]));
+        let outside = three(self.work.new_velocity[node]);
+        let free = self.begin(node, outside);
+        let total = if is_free { sub(predicted.carried_velocity(v), free) } else { [0.0; 3] };
+        let spring_change = add(self.get(Vector::SpringChange, node), sub(outside, free));
+        let start = predicted.filtered(sub(spring_change, sub(total, predicted.friction_change())));
+        self.put(Vector::Change, node, [0.0; 3]);
+        self.put(Vector::Cycled, node, if self.solving.is_warm != 0 { start } else { [0.0; 3] });
+        self.set_trial_state(node, total);
+        let mass = self.solving.mass * self.fixture.old.velocity[node][3].abs();
+        let [residual, at] = [Vector::Residual, Vector::Total].map(|which| self.at(which, node));
+        self.work.vectors[residual] = [0.0, 0.0, 0.0, mass];
+        let off = if is_free { sub(v, free) } else { [0.0; 3] };
+        self.work.vectors[at][3] = mass * dot(off, off);
     }
 
     /// From where a node's system starts; returns its velocity without springs, that of outer forces in Euler's step given.

@@ -143,3 +143,36 @@ fn what_a_gpu_does_not_do_is_refused_with_words() {
     let options = Options { gpu: Some(options), ..Options::default() };
     assert!(Simulation::new(&sewn(), &options).is_err());
 }
+
+#[test]
+fn fabrics_are_sewn_in_their_systems_as_on_the_cpu() {
+    // A seam on a table of which one edge is raised; Newton steps by themselves, one, and two of second order.
+    for (newton_steps, order) in [(0, 1), (1, 1), (2, 2)] {
+        let [sewn, _] = crate::primal::sewn::raised(0.0);
+        let mut scene = sewn.method(taffeta::scene::Method::Ice);
+        scene.solver.ice.form = taffeta::scene::ConstraintForm::Primal;
+        (scene.solver.ice.newton_steps, scene.solver.ice.order) = (newton_steps, order);
+        scene.solver.ice.tolerance = 1e-5;
+        let (mut cpu, mut gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+        let (mut most, mut iterations) = (0.0_f64, [0; 2]);
+        // The seam is closed in the second frame.
+        run(&mut cpu, 1);
+        run(&mut gpu, 1);
+        let snapshot = gpu.snapshot();
+        for _ in 2..=20 {
+            run(&mut cpu, 1);
+            run(&mut gpu, 1);
+            let apart = farthest(&positions(&cpu), &positions(&gpu));
+            most = most.max(apart);
+            for (sum, one) in iterations.iter_mut().zip([&cpu, &gpu]) {
+                *sum += one.report().solver.iterations;
+            }
+        }
+        assert!(most < 2e-4, "{newton_steps}: {most} m");
+        assert!(10 * iterations[1] < 11 * iterations[0], "{newton_steps}: {iterations:?} iterations");
+        let end = gpu.state_hash();
+        gpu.restore(&snapshot).unwrap();
+        run(&mut gpu, 19);
+        assert_eq!(gpu.state_hash(), end, "restored from before the seam was closed");
+    }
+}

@@ -12,6 +12,7 @@ mod oracle;
 mod reference;
 mod rest;
 mod second_order;
+pub mod sewn;
 mod sheet;
 
 use crate::common::alike::{chain, with_ice as with};

@@ -35,7 +35,7 @@ impl Balls {
         let nodes: Vec<_> =
             assembly.bodies.iter().map(|body| (body.first..body.first + body.nodes, false)).collect();
         let slots = Slots::new(assembly.places, ends, &nodes);
-        let tables = Tables::new(&assembly, &(0..2), &slots).unwrap();
+        let tables = Tables::new(&assembly, assembly.levels(), &(0..2), &slots).unwrap();
         let mut random = SplitMix64::new(7);
         let mut vector = || std::array::from_fn(|_| 0.2 * random.unit() - 0.1);
         let springs: Vec<[f64; 3]> = ends.iter().map(|_| vector()).collect();

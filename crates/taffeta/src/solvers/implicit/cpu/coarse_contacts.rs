@@ -257,7 +257,7 @@ impl<T: Real> Group<T> {
 impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds what the contacts of a worker weigh nodes of coarser levels by. Others read it after a barrier.
     pub fn weigh_contacts(&self, contacts: &[SolvedContact<T>]) {
-        let places = self.primal.tables[0].places;
+        let places = self.multigrid.tables[0].places;
         for (level, coarse) in self.primal.coarse_contacts.iter().enumerate() {
             // SAFETY: its own; those of finer levels are not written any more.
             let (weights, finer) = unsafe {
@@ -272,7 +272,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                     .into_iter()
                     .zip(one.weights)
                     .filter(|&(node, weight)| is_there && weight != T::ZERO && (node as usize) < places);
-                let table = &self.primal.tables[level];
+                let table = &self.multigrid.tables[level];
                 match finer {
                     None => weights.push(table, corners),
                     Some(finer) => weights.push(table, finer.of(number).iter().copied()),
@@ -298,7 +298,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// The places of its share of a level.
     fn share_of(&self, level: usize) -> Range<usize> {
-        let chunks = &self.primal.tables[level].chunks;
+        let chunks = &self.multigrid.tables[level].chunks;
         let own = &chunks[self.worker.part(chunks.len())];
         match (own.first(), own.last()) {
             (Some(first), Some(last)) => first.part.start..last.part.end,
@@ -321,7 +321,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             };
             groups.clear();
             let mut of_slice: [Row<T>; LANES] = from_fn(|_| Row::default());
-            let mut found = Found(vec![0; self.primal.tables[level].places]);
+            let mut found = Found(vec![0; self.multigrid.tables[level].places]);
             for first in places.clone().step_by(LANES) {
                 for (lane, row) in of_slice.iter_mut().enumerate() {
                     let at = first - places.start + lane;
@@ -355,7 +355,8 @@ mod tests {
         };
         let mut scene = Scene::new("").method(Method::Ice).body(sheet("a", 16)).body(sheet("b", 6));
         scene.solver.ice.form = ConstraintForm::Primal;
-        Table::all(&Assembly::new(&scene).unwrap())
+        let assembly = Assembly::new(&scene).unwrap();
+        Table::all(&assembly, assembly.levels())
     }
 
     /// Contacts of any nodes of both sheets, some of nodes of one alone.

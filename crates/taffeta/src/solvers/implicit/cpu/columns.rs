@@ -61,6 +61,31 @@ impl<T> Columns<T> {
         View { data: unsafe { self.data.read() }, shape: self.shape }
     }
 
+    /// The numbers of one place.
+    ///
+    /// # Safety
+    /// As of [`Shared::read`], of this place.
+    pub unsafe fn get<const N: usize>(&self, place: usize) -> [T; N]
+    where
+        T: Real,
+    {
+        // SAFETY: promised by the caller.
+        unsafe { self.read() }.at(place)
+    }
+
+    /// Sets the numbers of one place.
+    ///
+    /// # Safety
+    /// As of [`Shared::write`].
+    pub unsafe fn put<const N: usize>(&self, place: usize, numbers: [T; N])
+    where
+        T: Real,
+    {
+        // SAFETY: promised by the caller.
+        let columns = unsafe { self.write::<N>(&(place..place + 1)) };
+        columns.into_iter().zip(numbers).for_each(|(column, number)| column[0] = number);
+    }
+
     /// Some places of each column, to write.
     ///
     /// # Safety

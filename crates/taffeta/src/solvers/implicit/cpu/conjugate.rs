@@ -43,7 +43,6 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
     /// are moved.
     pub fn begin_step(&mut self, chunk: &Chunk) {
-        self.predict_contacts(&chunk.part);
         self.find_base(&chunk.part);
         // SAFETY: only this chunk's places.
         let (total, outer) =
@@ -84,7 +83,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Blocks, diagonals and springs' impulses of a chunk.
     pub fn set_up(&mut self, chunk: &Chunk) {
-        let (shared, table, part) = (self.shared, &self.primal.tables[0], chunk.part.clone());
+        let (shared, table, part) = (self.shared, &self.multigrid.tables[0], chunk.part.clone());
         let here = &shared.levels[0];
         // SAFETY: what was moved was written before a barrier; chunks do not overlap.
         unsafe {
@@ -111,7 +110,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// Finds the surface that will hold each node, as far as what springs did in the last sub-step tells.
-    fn predict_contacts(&self, part: &Range<usize>) {
+    pub fn predict_contacts(&self, part: &Range<usize>) {
         if self.colliders.is_empty() {
             return;
         }
@@ -153,7 +152,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let warm = first && self.primal.ice.warm_start;
         self.each(0, |worker, chunk| worker.leave_right(&chunk.part, warm));
         self.worker.synchronise();
+        self.weigh_points();
+        self.distribute_residuals();
         if warm {
+            self.average_points(&self.shared.levels[0].t);
             self.start_warm();
         }
     }
@@ -231,11 +233,13 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             worker.begin(0, part);
         });
         self.worker.synchronise();
+        self.distribute_residuals();
     }
 
     pub fn iterate(&mut self) {
         while self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
+            self.average_points(&self.shared.levels[0].t);
             self.take_back(0, &self.shared.levels[0].t);
             self.each(0, |worker, chunk| {
                 let here = &worker.shared.levels[0];
@@ -245,6 +249,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             self.find_steps();
             self.each(0, Self::advance);
             self.worker.synchronise();
+            self.distribute_residuals();
             self.judge();
         }
     }
@@ -386,7 +391,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         for first in part.clone().step_by(LANES) {
             let held = predicted.get(first..first + LANES).unwrap_or(&[]);
             let pinned = inverse_mass[first..first + LANES].iter().any(|&w| w <= T::ZERO);
-            if pinned || held.iter().any(PredictedContact::in_contact) {
+            if pinned || self.is_sewn() || held.iter().any(PredictedContact::in_contact) {
                 let (product, _) = edges.slice::<FINE>(first / LANES, &x);
                 let mut given: [[T; LANES]; 3] = right.lanes(first);
                 for axis in 0..3 {
@@ -442,7 +447,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             let all = &chunks[own.clone()];
             all.iter().fold([0.0; N], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
         };
-        self.scratch.joined.together(self.primal.tables[0].chunks_of.iter().map(of_body).collect())
+        self.scratch.joined.together(self.multigrid.tables[0].chunks_of.iter().map(of_body).collect())
     }
 
     /// Those of products.

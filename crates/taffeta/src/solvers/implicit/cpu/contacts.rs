@@ -32,6 +32,11 @@ impl Places {
         Self { shares: shares.collect(), bodies }
     }
 
+    /// The body of a node.
+    pub fn body_of(&self, node: u32) -> usize {
+        self.bodies[node as usize] as usize
+    }
+
     /// How many workers share the level.
     pub fn workers(&self) -> usize {
         self.shares.len()
@@ -43,7 +48,7 @@ impl Places {
     }
 }
 
-/// Bodies that contacts join share one system: their sums are taken together.
+/// Bodies that contacts or seams join share one system: their sums are taken together.
 #[derive(Clone, Debug, Default)]
 pub struct Joined {
     /// By body: the first of those that it shares a system with.
@@ -107,12 +112,14 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
         job(&System { bodies, shares, moved: std::array::from_fn(|axis| moved.column(axis)), h: self.h })
     }
 
-    /// Finds the contacts that may come about in the step, and which bodies they join.
-    pub fn find_contacts(&mut self) {
-        self.scratch.joined = Joined::default();
-        let Some(contacts) = self.contacts else { return };
-        self.with_system(|system| contacts.find_solved(self.worker, system));
-        self.scratch.joined = Joined::new(self.scratch.bodies.len(), contacts.solved_links());
+    /// Finds the contacts that may come about in the step, and which bodies those and seams join.
+    pub fn join_systems(&mut self) {
+        if let Some(contacts) = self.contacts {
+            self.with_system(|system| contacts.find_solved(self.worker, system));
+        }
+        let by_contacts = self.contacts.into_iter().flat_map(TriangleContact::solved_links);
+        let by_seams = self.sewn.into_iter().flat_map(|sewn| sewn.links.iter().copied());
+        self.scratch.joined = Joined::new(self.scratch.bodies.len(), by_contacts.chain(by_seams));
     }
 
     /// Adds contacts to the system that a Newton step has set up on the finest level.
@@ -177,7 +184,7 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
         // SAFETY: found before a barrier.
         let x = unsafe { self.shared.x.read() };
         let drift = |place: usize| {
-            let body = self.primal.places.bodies[place] as usize;
+            let body = self.primal.places.body_of(place as u32);
             self.scratch.bodies[body].drift.map(T::from_f64)
         };
         let is_met = |body: usize| self.scratch.bodies[body].met;

@@ -25,7 +25,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Finds forces and directions of all elements where the Newton step starts.
     pub fn linearise(&self) {
-        if self.primal.elements.is_none() {
+        if self.multigrid.elements.is_none() {
             return;
         }
         // SAFETY: what was moved was written before a barrier.
@@ -39,7 +39,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// What elements give a chunk of the finest level.
     pub fn set_up_elements(&self, part: &Range<usize>) -> Option<OfChunk<'_, T>> {
-        let elements = self.primal.elements.as_ref()?;
+        let elements = self.multigrid.elements.as_ref()?;
         Some(elements.chunk(part, self.solved_sets(), self.worker.nodes.level, self.h))
     }
 
@@ -70,7 +70,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             Coarsen {
                 part: part.clone(),
                 couplings,
-                children: &self.primal.tables[level].children,
+                children: &self.multigrid.tables[level].children,
                 half: elements.half.read(),
                 finer_own: finer.own.read(),
                 contacts: self.shares_of_contacts(level),
@@ -84,8 +84,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Scales the inverses of all levels so that Jacobi's iteration converges.
     pub fn scale_jacobi(&mut self) {
-        let Some(elements) = &self.primal.elements else { return };
-        for level in 0..self.primal.tables.len() {
+        let Some(elements) = &self.multigrid.elements else { return };
+        for level in 0..self.multigrid.tables.len() {
             self.each(level, |worker, chunk| {
                 if elements.has(chunk.body) {
                     worker.find_factors(elements, level, chunk);
@@ -93,7 +93,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             });
         }
         self.worker.synchronise();
-        for level in 0..self.primal.tables.len() {
+        for level in 0..self.multigrid.tables.len() {
             self.each(level, |worker, chunk| {
                 if !elements.has(chunk.body) {
                     return;
@@ -115,7 +115,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     fn find_factors(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
-        let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
+        let (table, here) = (&self.multigrid.tables[level], &self.shared.levels[level]);
         // SAFETY: blocks and inverses were found before a barrier; only this chunk's factors.
         let kernel = unsafe {
             let [out] = elements.factors[level].write::<1>(&chunk.part);

@@ -27,24 +27,24 @@ enum From {
 impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
-        let primal = self.primal;
+        let multigrid = self.multigrid;
         self.couple_contacts();
-        for level in 1..primal.tables.len() {
-            if primal.elements.is_some() {
+        for level in 1..multigrid.tables.len() {
+            if multigrid.elements.is_some() {
                 self.each(level - 1, |worker, chunk| {
-                    if let Some(elements) = primal.elements_of(chunk.body) {
+                    if let Some(elements) = multigrid.elements_of(chunk.body) {
                         worker.multiply_by_weights(elements, level - 1, chunk);
                     }
                 });
                 self.worker.synchronise();
             }
             self.each(level, |worker, chunk| {
-                if let Some(elements) = worker.primal.elements_of(chunk.body) {
+                if let Some(elements) = worker.multigrid.elements_of(chunk.body) {
                     return worker.coarsen_elements(elements, level, chunk);
                 }
                 let part = &chunk.part;
                 let (finer, here) = (&worker.shared.levels[level - 1], &worker.shared.levels[level]);
-                let table = &worker.primal.tables[level];
+                let table = &worker.multigrid.tables[level];
                 // SAFETY: the finer level was found before a barrier; chunks do not overlap.
                 let kernel = unsafe {
                     let blocks = finer.blocks.read();
@@ -67,7 +67,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
 
     /// From `z`, the first step of Jacobi's iteration on right side `r`, to an approximate solution in `t`.
     pub fn cycle(&mut self, level: usize) {
-        if !self.alone && level > 0 && self.primal.tables[level].is_small() {
+        if !self.alone && level > 0 && self.multigrid.tables[level].is_small() {
             if self.worker.index == 0 {
                 self.alone = true;
                 self.cycle(level);
@@ -76,7 +76,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
             self.meet();
             return;
         }
-        if level + 1 < self.primal.tables.len() {
+        if level + 1 < self.multigrid.tables.len() {
             self.take_back(level, &self.shared.levels[level].z);
             self.each(level, |worker, chunk| worker.leave(level, chunk));
             self.meet();
@@ -97,7 +97,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
 
     /// What the first step leaves of the right side.
     fn leave(&self, level: usize, chunk: &Chunk) {
-        if !self.primal.tables[level].goes_on[chunk.body] {
+        if !self.multigrid.tables[level].goes_on[chunk.body] {
             return;
         }
         if level == 0 { self.leave_of::<FINE>(level, chunk) } else { self.leave_of::<COARSE>(level, chunk) }
@@ -124,7 +124,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         let (finer, here) = (&self.shared.levels[level - 1], &self.shared.levels[level]);
         // SAFETY: the finer `t` was found before a barrier; chunks do not overlap, and `r` is read by its own chunk alone.
         unsafe {
-            let table = &self.primal.tables[level];
+            let table = &self.multigrid.tables[level];
             let (part, finer) = (chunk.part.clone(), finer.t.read());
             self.worker.nodes.level.run(Restrict { part, table, finer, out: here.r.write(&chunk.part) });
         }
@@ -149,10 +149,10 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Bodies that end on a level with few nodes: they are nearly solved there, each by one worker, or together if contacts join
     /// them.
     fn settle(&mut self, level: usize) {
-        if self.contacts_in_system().is_some() {
+        if self.contacts_in_system().is_some() || self.multigrid.is_sewn {
             return self.settle_together(level);
         }
-        let table = &self.primal.tables[level];
+        let table = &self.multigrid.tables[level];
         for (body, part) in table.bodies.iter().enumerate().filter(|&(body, _)| table.ends[body]) {
             if (self.alone || body % self.worker.workers == self.worker.index) && !self.is_done(body) {
                 for _ in 0..LAST_PAIRS {
@@ -165,7 +165,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
 
     /// The same on the last level, where contacts join bodies: each step reads what all of them have.
     fn settle_together(&mut self, level: usize) {
-        if level + 1 < self.primal.tables.len() {
+        if level + 1 < self.multigrid.tables.len() {
             return;
         }
         for from in [From::Z, From::T].repeat(LAST_PAIRS) {
@@ -178,7 +178,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
 
     /// Adds what the coarser level has found.
     fn interpolate(&self, level: usize, chunk: &Chunk) {
-        let table = &self.primal.tables[level];
+        let table = &self.multigrid.tables[level];
         if !table.goes_on[chunk.body] {
             return;
         }
@@ -226,7 +226,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     pub fn operator(&self, level: usize, body: usize) -> Operator<'_, T> {
         let contacts = self.contacts_in_system();
         let coarser = contacts.and(level.checked_sub(1)).map(|level| &self.primal.coarse_contacts[level]);
-        let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
+        let (table, here) = (&self.multigrid.tables[level], &self.shared.levels[level]);
         // SAFETY: blocks and diagonals were found before a barrier.
         unsafe {
             Operator {
@@ -235,7 +235,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 shifts: &table.slots.shifts[body],
                 blocks: here.blocks.read(),
                 own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
-                coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
+                coupled: self.multigrid.elements.as_ref().map(|elements| elements.coupled(level)),
                 contacts: contacts.filter(|_| level == 0).map(TriangleContact::solved_blocks),
                 coarse_contacts: coarser.map(|coarser| coarser.blocks()),
             }
@@ -270,8 +270,8 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
 
     /// Does something for each chunk of its share of a level.
     pub fn each_of_all(&mut self, level: usize, work: impl Fn(&mut Self, &Chunk)) {
-        let primal = self.primal;
-        let all = &primal.tables[level].chunks;
+        let multigrid = self.multigrid;
+        let all = &multigrid.tables[level].chunks;
         let mine = if self.alone { 0..all.len() } else { self.worker.part(all.len()) };
         for chunk in &all[mine] {
             work(self, chunk);

@@ -13,6 +13,7 @@ use crate::solvers::implicit::cpu::galerkin::{Coarse, Product};
 use crate::solvers::implicit::cpu::kernels::Lanes;
 use crate::solvers::implicit::cpu::tables::{CHUNK, Table, own_of_children};
 use crate::solvers::implicit::implicit::{add_weighted, inverse};
+use crate::solvers::implicit::levels::Level;
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -35,14 +36,14 @@ pub struct ElementBlocks<T> {
 }
 
 impl<T: Real> ElementBlocks<T> {
-    /// Those of a scene that has elements to solve for.
-    pub fn new(assembly: &Assembly, tables: &[Table<T>]) -> Option<Self> {
+    /// Those of a scene that has elements to solve for, on the finest level and on coarser ones.
+    pub fn new(assembly: &Assembly, levels: &[Level], tables: &[Table<T>]) -> Option<Self> {
         let bodies = 0..assembly.bodies.len();
         let mut couplings = Tables::of_finest(assembly, &bodies)?;
         let assembled = Assembled::new(assembly, &couplings);
         couplings.finest.forget_sources();
         let mut products = Vec::new();
-        for (number, level) in assembly.levels().iter().enumerate() {
+        for (number, level) in levels.iter().enumerate() {
             let is_solved = |place: usize| {
                 assembly.has_solved_elements(level.bodies.partition_point(|nodes| nodes.end <= place))
             };

@@ -16,6 +16,7 @@ pub(crate) mod kernels;
 mod newton;
 mod second_order;
 mod setup;
+mod sewn;
 mod tables;
 mod tile;
 
@@ -38,7 +39,9 @@ use crate::real::Real;
 use crate::report::{FrameSums, SolverReport};
 use crate::scene::Ice;
 use crate::solvers::implicit::implicit::Stiff;
+use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::scheme::Scheme;
+use crate::solvers::implicit::sewn::{Matrix, SewnPoints};
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::solvers::waiting;
 use crate::step::{Marks, Op};
@@ -53,7 +56,9 @@ use tables::Table;
 
 /// Springs that are integrated implicitly.
 pub struct Implicit<T> {
-    tables: Vec<Table<T>>,
+    multigrid: Multigrid<T>,
+    /// The same once all seams are closed, where that makes a difference.
+    sewn_multigrid: Option<Multigrid<T>>,
     /// By slot of the finest level: rest length [m], and which material.
     rest: Vec<T>,
     material: Vec<u32>,
@@ -64,11 +69,21 @@ pub struct Implicit<T> {
     surfaces: bool,
     scratch: PerWorker<Scratch<T>>,
     work: Work<T>,
-    /// Other elements that are solved for.
-    elements: Option<ElementBlocks<T>>,
     places: Places,
     /// Contacts of surfaces on coarser levels.
     coarse_contacts: Vec<CoarseContacts<T>>,
+    /// Nodes that seams make one point of, from when on.
+    sewn: Vec<SewnPoints>,
+}
+
+/// Levels.
+struct Multigrid<T> {
+    /// The finest first.
+    tables: Vec<Table<T>>,
+    /// Other elements that are solved for.
+    elements: Option<ElementBlocks<T>>,
+    /// Whether seams join bodies on coarser levels.
+    is_sewn: bool,
 }
 
 /// A level's vectors and matrix.
@@ -108,6 +123,8 @@ struct Work<T> {
     products: Shared<[f64; 2]>,
     /// By chunk: what is left of momentum, mass, and how many nodes are held.
     residual: Shared<[f64; 5]>,
+    /// By node of points that seams make: the weight of the nodes before it.
+    weights: Shared<Matrix<T>>,
 }
 
 /// What steps of second order have beside; of it `rate` is kept from one sub-step to the next.
@@ -143,13 +160,17 @@ impl<T: Real> Implicit<T> {
         {
             return None;
         }
-        let tables = Table::all(assembly);
-        let elements = ElementBlocks::new(assembly, &tables);
+        let sewn = assembly.sewn_points();
+        let multigrid = Multigrid::new(assembly, assembly.levels(), false);
+        let sewn_multigrid =
+            assembly.sewn_levels(&sewn).map(|levels| Multigrid::new(assembly, &levels, true));
         assembly.forget_levels();
+        let tables = &multigrid.tables;
         let list = assembly.take_constraints();
         let edges = &tables[0].slots.edge;
         let of = |&edge: &u32| (edge != NO_EDGE).then_some(edge as usize);
         let surfaces = !assembly.colliders().is_empty();
+        let most_sewn = sewn.last().map_or(0, |all| all.nodes.items.len());
         let coarser = if assembly.surfaces().is_some() { &tables[1..] } else { &[] };
         Some(Self {
             rest: edges
@@ -161,12 +182,25 @@ impl<T: Real> Implicit<T> {
             ice: assembly.solver.ice.clone(),
             surfaces,
             scratch: PerWorker::new(workers, |_| Scratch::default()),
-            work: Work::new(&tables, surfaces, assembly.solver.is_second_order()),
-            elements,
+            work: Work::new(tables, (surfaces, assembly.solver.is_second_order()), most_sewn),
             places: Places::new(&tables[0], workers),
             coarse_contacts: coarser.iter().map(|table| CoarseContacts::new(table, workers)).collect(),
-            tables,
+            multigrid,
+            sewn_multigrid,
+            sewn,
         })
+    }
+
+    /// Colliders that hold nodes while springs are solved for.
+    fn colliders<'s>(&self, substep: &'s Substep<T>) -> MetColliders<'s, T> {
+        if self.surfaces { substep.met_colliders() } else { MetColliders::NONE }
+    }
+}
+
+impl<T: Real> Multigrid<T> {
+    fn new(assembly: &Assembly, levels: &[Level], is_sewn: bool) -> Self {
+        let tables = Table::all(assembly, levels);
+        Self { elements: ElementBlocks::new(assembly, levels, &tables), tables, is_sewn }
     }
 
     /// Other elements, where a body has some.
@@ -174,9 +208,9 @@ impl<T: Real> Implicit<T> {
         self.elements.as_ref().filter(|elements| elements.has(body))
     }
 
-    /// Colliders that hold nodes while springs are solved for.
-    fn colliders<'s>(&self, substep: &'s Substep<T>) -> MetColliders<'s, T> {
-        if self.surfaces { substep.met_colliders() } else { MetColliders::NONE }
+    fn bytes(&self) -> usize {
+        let tables: usize = self.tables.iter().map(Table::bytes).sum();
+        tables + self.elements.as_ref().map_or(0, ElementBlocks::bytes)
     }
 }
 
@@ -201,7 +235,7 @@ impl<T: Real> LevelWork<T> {
 
 impl<T: Real> Work<T> {
     /// Room for the system on all levels.
-    fn new(tables: &[Table<T>], surfaces: bool, second_order: bool) -> Self {
+    fn new(tables: &[Table<T>], (surfaces, second_order): (bool, bool), sewn: usize) -> Self {
         let (places, margin, chunks) = (tables[0].places, tables[0].margin, tables[0].chunks.len());
         let held = if surfaces { places } else { 0 };
         let columns = |axes| Columns::new(axes, places, margin);
@@ -226,6 +260,7 @@ impl<T: Real> Work<T> {
             outer: vec![[0.0; 6]; chunks].into(),
             products: vec![[0.0; 2]; chunks].into(),
             residual: vec![[0.0; 5]; chunks].into(),
+            weights: vec![Matrix::default(); sewn].into(),
         }
     }
 
@@ -237,6 +272,7 @@ impl<T: Real> Work<T> {
             + columns.into_iter().map(Columns::bytes).sum::<usize>()
             + self.history.as_ref().map_or(0, history)
             + self.predicted.len() * (size_of::<PredictedContact<T>>() + 4)
+            + self.weights.bytes()
     }
 }
 
@@ -246,13 +282,16 @@ impl<T: Real> Feature<T> for Implicit<T> {
     }
 
     fn marks(&self, plan: &TilePlan) -> Marks {
-        let acts = !self.tables[0].bodies[plan.body].is_empty();
+        let acts = !self.multigrid.tables[0].bodies[plan.body].is_empty();
         if acts { Marks::IMPLICIT.and(Marks::SOLVED) } else { Marks::NONE }
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
+        let sewn = worker.substep.sewn();
+        let is_last = sewn.is_some_and(|sewn| sewn + 1 == self.sewn.len());
         ImplicitWorker {
             primal: self,
+            multigrid: self.sewn_multigrid.as_ref().filter(|_| is_last).unwrap_or(&self.multigrid),
             shared: &self.work,
             // SAFETY: each worker has its own.
             scratch: unsafe { self.scratch.of(worker.index) },
@@ -262,6 +301,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             second: self.work.history.as_ref().zip(worker.substep.scheme()),
             colliders: self.colliders(worker.substep),
             contacts: worker.features.get(),
+            sewn: sewn.map(|sewn| &self.sewn[sewn]),
             mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
         .solve();
@@ -298,7 +338,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             // SAFETY: no worker works between frames.
             let numbers = unsafe { columns.read() };
             let of = |place| numbers.at::<3>(place).map(T::to_f64);
-            state.warm_start.extend((0..self.tables[0].places).flat_map(of));
+            state.warm_start.extend((0..self.multigrid.tables[0].places).flat_map(of));
         }
     }
 
@@ -306,7 +346,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
         let asked = self.ice.warm_start || self.surfaces;
         let kept = asked.then_some(&mut self.work.change).into_iter();
         let all = kept.chain(self.work.history.as_mut().map(|history| &mut history.rate));
-        let places = self.tables[0].places.max(1);
+        let places = self.multigrid.tables[0].places.max(1);
         for (columns, saved) in all.zip(state.warm_start.as_chunks::<3>().0.chunks(places)) {
             for (place, numbers) in saved.iter().enumerate() {
                 for (axis, &number) in numbers.iter().enumerate() {
@@ -319,7 +359,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
     fn redistribute(&mut self, _: &Assembly, _: &[TilePlan], chunks: &[Range<usize>]) {
         let workers = chunks.len();
         if workers != self.places.workers() {
-            self.places = Places::new(&self.tables[0], workers);
+            self.places = Places::new(&self.multigrid.tables[0], workers);
             self.coarse_contacts.iter_mut().for_each(|coarse| coarse.share(workers));
         }
     }
@@ -332,13 +372,11 @@ impl<T: Real> Feature<T> for Implicit<T> {
     }
 
     fn bytes(&self) -> usize {
-        let tables: usize = self.tables.iter().map(Table::bytes).sum();
-        let elements = self.elements.as_ref().map_or(0, ElementBlocks::bytes);
         let contacts: usize = self.coarse_contacts.iter().map(CoarseContacts::bytes).sum();
-        tables
+        self.multigrid.bytes()
+            + self.sewn_multigrid.as_ref().map_or(0, Multigrid::bytes)
             + self.rest.len() * (size_of::<T>() + 4)
             + self.work.bytes()
-            + elements
             + self.places.bytes()
             + contacts
     }
@@ -347,6 +385,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
 /// A worker's part in the solution.
 struct ImplicitWorker<'w, 'a, T> {
     primal: &'w Implicit<T>,
+    multigrid: &'w Multigrid<T>,
     shared: &'w Work<T>,
     scratch: &'w mut Scratch<T>,
     /// Whether it goes on without the others.
@@ -360,4 +399,6 @@ struct ImplicitWorker<'w, 'a, T> {
     mesh_cache: Option<&'w MeshCache<T>>,
     /// Contacts of surfaces.
     contacts: Option<&'w TriangleContact<T>>,
+    /// Nodes that are sewn to each other in this sub-step.
+    sewn: Option<&'w SewnPoints>,
 }

@@ -13,11 +13,15 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             steps => (steps, steps),
         };
         self.scratch.bodies.clear();
-        self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), CgState::default());
+        self.scratch.bodies.resize(self.multigrid.tables[0].bodies.len(), CgState::default());
         self.soften();
+        self.each(0, |worker, chunk| worker.predict_contacts(&chunk.part));
+        self.worker.synchronise();
+        self.hold_points();
         self.each(0, Self::begin_step);
         self.worker.synchronise();
-        self.find_contacts();
+        self.begin_points();
+        self.join_systems();
         self.sum_motion();
         for step in 1..=most {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
@@ -34,6 +38,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             self.note_contacts();
             self.worker.synchronise();
         }
+        self.pool_impulses();
         self.each_of_all(0, |worker, chunk| worker.note_changes(chunk));
         self.keep_contacts();
         self.worker.synchronise();

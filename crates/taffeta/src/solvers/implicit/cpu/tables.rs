@@ -54,8 +54,8 @@ pub struct Table<T> {
 }
 
 impl<T: Real> Table<T> {
-    /// All levels, the finest first.
-    pub fn all(assembly: &Assembly) -> Vec<Self> {
+    /// The finest level, then coarser ones.
+    pub fn all(assembly: &Assembly, levels: &[Level]) -> Vec<Self> {
         let list = assembly.constraints();
         let bodies = assembly.bodies.iter().enumerate();
         let nodes = |(index, body): (usize, &BodyAssembly)| {
@@ -68,7 +68,7 @@ impl<T: Real> Table<T> {
         let mut tables = vec![Self::new(assembly.places, &list.ends, &first, &is_grid)];
         // By edge of the finer level: which of the table's it is.
         let mut kept: Vec<usize> = (0..list.ends.len()).collect();
-        for level in assembly.levels() {
+        for level in levels {
             let is_plain = |ends: &[u32; 2]| {
                 let body = level.bodies.partition_point(|nodes| nodes.end <= ends[0] as usize);
                 plain[body]

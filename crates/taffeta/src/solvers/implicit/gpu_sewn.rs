@@ -1,0 +1,163 @@
+//! What seams make of the systems of springs on the GPU: points of nodes, and levels once all of them are closed.
+
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::Command;
+use crate::gpu::kernels::Name;
+use crate::solvers::implicit::gpu_layout::{Parents, Weight, WeightedIndex};
+use crate::solvers::implicit::gpu_tables::{CouplingWords, MultigridTables};
+use crate::solvers::implicit::sewn::SewnPoints;
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+
+/// What nodes of each level follow on the next coarser one, and blocks of elements, whose place that tells.
+pub struct Followers {
+    parents: Buffer<Parents>,
+    children: Buffer<WeightedIndex>,
+    couplings: Option<CouplingBuffers>,
+}
+
+/// Blocks of elements, and what they are made of.
+struct CouplingBuffers {
+    blocks: Buffer<[u32; 4]>,
+    sources: Buffer<[u32; 2]>,
+}
+
+impl Followers {
+    pub fn new(gpu: &Gpu, multigrid: &MultigridTables) -> Result<Self, GpuError> {
+        let couplings = |words: &CouplingWords| -> Result<_, GpuError> {
+            Ok(CouplingBuffers {
+                blocks: gpu.buffer_from("blocks of elements", &words.words)?,
+                sources: gpu.buffer_from("sources of blocks", &words.sources)?,
+            })
+        };
+        Ok(Self {
+            parents: gpu.buffer_from("coarser nodes", &multigrid.parents)?,
+            children: gpu.buffer_from("finer nodes", &multigrid.children)?,
+            couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
+        })
+    }
+
+    /// Whether other elements than springs are solved for.
+    pub fn has_elements(&self) -> bool {
+        self.couplings.is_some()
+    }
+
+    /// Its buffers by their names in the shaders.
+    pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
+        let mut all: Vec<(&'static str, &dyn Bindable)> =
+            vec![("parents", &self.parents), ("children", &self.children)];
+        if let Some(CouplingBuffers { blocks, sources }) = &self.couplings {
+            let both: [(&'static str, &dyn Bindable); 2] =
+                [("couplings", blocks), ("coupling_sources", sources)];
+            all.extend(both);
+        }
+        all
+    }
+}
+
+/// Points that seams make from a time on.
+#[derive(Default)]
+pub struct SewnLists {
+    /// Where the nodes of each begin, and where the last one's end.
+    pub starts: Vec<u32>,
+    pub nodes: Vec<u32>,
+    /// Systems that they join, two by two.
+    pub links: Vec<[u32; 2]>,
+}
+
+impl SewnLists {
+    /// Those of some bodies.
+    pub fn new(bodies: &Bodies<'_>, points: &SewnPoints) -> Self {
+        let assembly = bodies.assembly;
+        let mut all = Self { starts: vec![0], ..Self::default() };
+        for point in (0..points.nodes.rows()).map(|point| points.nodes.row(point)) {
+            // Bodies that are sewn to each other are on the device together.
+            if point.iter().all(|&node| bodies.has(node)) {
+                all.nodes.extend(point.iter().map(|&node| bodies.local(node as usize)));
+                all.starts.push(all.nodes.len() as u32);
+            }
+        }
+        let is_solved = |body: &usize| assembly.is_solved_for(*body);
+        let system = |body: u32| (bodies.range.start..body as usize).filter(is_solved).count() as u32;
+        let links = points.links.iter().filter(|link| bodies.range.contains(&(link[0] as usize)));
+        all.links = links.map(|link| link.map(system)).collect();
+        all
+    }
+}
+
+/// The same on the device.
+struct Points {
+    starts: Buffer<u32>,
+    nodes: Buffer<u32>,
+    links: Buffer<[u32; 2]>,
+    /// How many systems they join, two by two.
+    count: usize,
+}
+
+/// Points of nodes that are sewn to each other.
+pub struct Sewn {
+    all: Vec<Points>,
+    /// Which of them there are now.
+    begun: Option<usize>,
+    /// By node of points: the weight of those before it.
+    weights: Buffer<Weight>,
+    /// Workgroups of a kernel for each point.
+    groups: usize,
+}
+
+impl Sewn {
+    /// Those of some bodies, if they have any.
+    pub fn new(gpu: &Gpu, multigrid: &MultigridTables) -> Result<Option<Self>, GpuError> {
+        let groups = multigrid.point_groups() as usize;
+        if groups == 0 {
+            return Ok(None);
+        }
+        let points = |lists: &SewnLists| -> Result<_, GpuError> {
+            Ok(Points {
+                starts: gpu.buffer_from("points of seams", &lists.starts)?,
+                nodes: gpu.buffer_from("sewn nodes", &lists.nodes)?,
+                links: gpu.buffer_from("sewn systems", &lists.links)?,
+                count: lists.links.len(),
+            })
+        };
+        let all = multigrid.sewn.iter().map(points).collect::<Result<Vec<Points>, _>>()?;
+        let nodes = multigrid.sewn.iter().map(|lists| lists.nodes.len()).max().unwrap_or(0);
+        Ok(Some(Self { all, begun: None, weights: gpu.buffer("weights of sewn nodes", nodes)?, groups }))
+    }
+
+    /// Has some of them begin. Returns whether they are others than before.
+    pub fn begin(&mut self, begun: Option<usize>) -> bool {
+        std::mem::replace(&mut self.begun, begun) != begun
+    }
+
+    /// Whether all seams are closed.
+    pub fn is_whole(&self) -> bool {
+        self.begun.is_some_and(|begun| begun + 1 == self.all.len())
+    }
+
+    /// Whether any join systems, at any time.
+    pub fn may_join(&self) -> bool {
+        self.all.iter().any(|points| points.count > 0)
+    }
+
+    /// How many systems are joined now, two by two.
+    pub fn links(&self) -> usize {
+        self.begun.map_or(0, |begun| self.all[begun].count)
+    }
+
+    /// A kernel for each point, where there are some now.
+    pub fn command(&self, entry: Name) -> Option<Command<'_>> {
+        self.begun.map(|_| Command::run(entry, self.groups))
+    }
+
+    /// Its buffers by their names in the shaders.
+    pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
+        let Some(begun) = self.begun else { return Vec::new() };
+        let Points { starts, nodes, links, .. } = &self.all[begun];
+        vec![
+            ("sewn_starts", starts),
+            ("sewn_nodes", nodes),
+            ("sewn_links", links),
+            ("sewn_weights", &self.weights),
+        ]
+    }
+}
