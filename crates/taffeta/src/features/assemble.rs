@@ -46,6 +46,7 @@ impl Assembly {
         assembly.start_points();
         assembly.start_velocities(scene);
         assembly.measure_seams();
+        assembly.note_sewing();
         assembly.add_surfaces(scene);
         assembly.note_start_contacts();
         assembly.note_starts_inside(scene);

@@ -111,7 +111,7 @@ impl GpuBackend {
             features.for_each(|feature| feature.write_all());
         }
         // What the driver refuses is known before the first frame.
-        for start in backend.assembly.sewn_from().last().copied().into_iter().chain([0.0]) {
+        for start in backend.assembly.sewn_at().into_iter().chain([0.0]) {
             let substeps = plan::frame(&backend.assembly, start, parameters);
             let few = &substeps[..substeps.len().min(backend.at_once())];
             backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;

@@ -10,6 +10,7 @@ use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, Solving, Substep};
 use crate::gpu::needed::Needed;
 use crate::gpu::schedule::Fused;
+use crate::plan;
 use crate::report::FrameSums;
 use crate::scene::Ice;
 use crate::solvers::dual::gpu::add_statistics;
@@ -295,8 +296,8 @@ impl Feature for Implicit {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
             record.solving = self.solving.stepping(substep.h, substep.scheme());
         }
-        let begun = upload.substeps.first().and_then(|substep| substep.sewn());
-        Ok(self.sewn.as_mut().is_some_and(|sewn| sewn.begin(begun)))
+        let is_closed = upload.substeps.iter().any(plan::Substep::is_sewn);
+        Ok(self.sewn.as_mut().is_some_and(|sewn| sewn.close(is_closed)))
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {

@@ -54,7 +54,7 @@ impl Followers {
     }
 }
 
-/// Points that seams make from a time on.
+/// Points that seams make of some bodies' nodes.
 #[derive(Default)]
 pub struct SewnLists {
     /// Where the nodes of each begin, and where the last one's end.
@@ -65,8 +65,8 @@ pub struct SewnLists {
 }
 
 impl SewnLists {
-    /// Those of some bodies.
-    pub fn new(bodies: &Bodies<'_>, points: &SewnPoints) -> Self {
+    /// Those of some bodies, if they have any.
+    pub fn new(bodies: &Bodies<'_>, points: &SewnPoints) -> Option<Self> {
         let assembly = bodies.assembly;
         let mut all = Self { starts: vec![0], ..Self::default() };
         for point in (0..points.nodes.rows()).map(|point| points.nodes.row(point)) {
@@ -80,24 +80,19 @@ impl SewnLists {
         let system = |body: u32| (bodies.range.start..body as usize).filter(is_solved).count() as u32;
         let links = points.links.iter().filter(|link| bodies.range.contains(&(link[0] as usize)));
         all.links = links.map(|link| link.map(system)).collect();
-        all
+        (!all.nodes.is_empty()).then_some(all)
     }
 }
 
 /// The same on the device.
-struct Points {
+pub struct Sewn {
     starts: Buffer<u32>,
     nodes: Buffer<u32>,
     links: Buffer<[u32; 2]>,
     /// How many systems they join, two by two.
     count: usize,
-}
-
-/// Points of nodes that are sewn to each other.
-pub struct Sewn {
-    all: Vec<Points>,
-    /// Which of them there are now.
-    begun: Option<usize>,
+    /// Whether all seams are closed.
+    is_closed: bool,
     /// By node of points: the weight of those before it.
     weights: Buffer<Weight>,
     /// Workgroups of a kernel for each point.
@@ -107,56 +102,49 @@ pub struct Sewn {
 impl Sewn {
     /// Those of some bodies, if they have any.
     pub fn new(gpu: &Gpu, multigrid: &MultigridTables) -> Result<Option<Self>, GpuError> {
-        let groups = multigrid.point_groups() as usize;
-        if groups == 0 {
-            return Ok(None);
-        }
-        let points = |lists: &SewnLists| -> Result<_, GpuError> {
-            Ok(Points {
-                starts: gpu.buffer_from("points of seams", &lists.starts)?,
-                nodes: gpu.buffer_from("sewn nodes", &lists.nodes)?,
-                links: gpu.buffer_from("sewn systems", &lists.links)?,
-                count: lists.links.len(),
-            })
-        };
-        let all = multigrid.sewn.iter().map(points).collect::<Result<Vec<Points>, _>>()?;
-        let nodes = multigrid.sewn.iter().map(|lists| lists.nodes.len()).max().unwrap_or(0);
-        Ok(Some(Self { all, begun: None, weights: gpu.buffer("weights of sewn nodes", nodes)?, groups }))
+        let Some(lists) = &multigrid.sewn else { return Ok(None) };
+        Ok(Some(Self {
+            starts: gpu.buffer_from("points of seams", &lists.starts)?,
+            nodes: gpu.buffer_from("sewn nodes", &lists.nodes)?,
+            links: gpu.buffer_from("sewn systems", &lists.links)?,
+            count: lists.links.len(),
+            is_closed: false,
+            weights: gpu.buffer("weights of sewn nodes", lists.nodes.len())?,
+            groups: multigrid.point_groups() as usize,
+        }))
     }
 
-    /// Has some of them begin. Returns whether they are others than before.
-    pub fn begin(&mut self, begun: Option<usize>) -> bool {
-        std::mem::replace(&mut self.begun, begun) != begun
+    /// Notes whether all seams are closed. Returns whether that is another answer than before.
+    pub fn close(&mut self, is_closed: bool) -> bool {
+        std::mem::replace(&mut self.is_closed, is_closed) != is_closed
     }
 
     /// Whether all seams are closed.
-    pub fn is_whole(&self) -> bool {
-        self.begun.is_some_and(|begun| begun + 1 == self.all.len())
+    pub fn is_closed(&self) -> bool {
+        self.is_closed
     }
 
-    /// Whether any join systems, at any time.
+    /// Whether they ever join systems.
     pub fn may_join(&self) -> bool {
-        self.all.iter().any(|points| points.count > 0)
+        self.count > 0
     }
 
     /// How many systems are joined now, two by two.
     pub fn links(&self) -> usize {
-        self.begun.map_or(0, |begun| self.all[begun].count)
+        if self.is_closed { self.count } else { 0 }
     }
 
-    /// A kernel for each point, where there are some now.
+    /// A kernel for each point, where seams are closed.
     pub fn command(&self, entry: Name) -> Option<Command<'_>> {
-        self.begun.map(|_| Command::run(entry, self.groups))
+        self.is_closed.then(|| Command::run(entry, self.groups))
     }
 
     /// Its buffers by their names in the shaders.
-    pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
-        let Some(begun) = self.begun else { return Vec::new() };
-        let Points { starts, nodes, links, .. } = &self.all[begun];
-        vec![
-            ("sewn_starts", starts),
-            ("sewn_nodes", nodes),
-            ("sewn_links", links),
+    pub fn buffers(&self) -> [(&'static str, &dyn Bindable); 4] {
+        [
+            ("sewn_starts", &self.starts),
+            ("sewn_nodes", &self.nodes),
+            ("sewn_links", &self.links),
             ("sewn_weights", &self.weights),
         ]
     }

@@ -47,8 +47,8 @@ pub struct MultigridTables {
     pub couplings: Option<CouplingWords>,
     /// Number of systems.
     pub solves: usize,
-    /// Points that seams make, by the time from which they do.
-    pub sewn: Vec<SewnLists>,
+    /// Points that seams make.
+    pub sewn: Option<SewnLists>,
     /// The same bodies once all seams are closed, where that makes a difference to their coarser levels. It has no tails: a system
     /// may have more nodes than a workgroup has lanes.
     pub sewn_levels: Option<Box<Self>>,
@@ -199,8 +199,7 @@ impl MultigridTables {
 
     /// Workgroups of kernels that have an invocation for each point that seams make.
     pub fn point_groups(&self) -> u32 {
-        let points = self.sewn.iter().map(|lists| lists.starts.len() - 1).max().unwrap_or(0);
-        points.div_ceil(GROUP) as u32
+        self.sewn.as_ref().map_or(0, |lists| (lists.starts.len() - 1).div_ceil(GROUP) as u32)
     }
 
     /// The levels of some bodies, and what seams make of them.
@@ -210,10 +209,10 @@ impl MultigridTables {
         if multigrid.is_empty() {
             return Ok(multigrid);
         }
-        let points = assembly.sewn_points();
-        multigrid.sewn = points.iter().map(|points| SewnLists::new(bodies, points)).collect();
+        let Some(points) = assembly.sewn_points() else { return Ok(multigrid) };
+        multigrid.sewn = SewnLists::new(bodies, &points);
         if multigrid.couplings.is_some()
-            && multigrid.sewn.last().is_some_and(|last| !last.nodes.is_empty())
+            && multigrid.sewn.is_some()
             && let Some(levels) = assembly.sewn_levels(&points)
         {
             multigrid.sewn_levels = Some(Box::new(Self::of_levels(bodies, elements, &levels, false)?));

@@ -19,22 +19,24 @@ use crate::solvers::implicit::levels::Level;
 use crate::topology::Csr;
 use crate::topology::sets::Sets;
 
-/// The points that closed seams make, from a time on.
+/// The points that seams make of nodes, once all of them are closed. Points beside seams that still close, and so act after the
+/// system, would have these draw at ever larger parts of a garment.
 #[derive(Clone, Debug)]
 pub struct SewnPoints {
-    /// When the last of their seams is closed [s].
-    pub from: f64,
     /// The nodes of each, by solver index, ascending.
     pub nodes: Csr,
     /// Bodies that they join, two by two.
     pub links: Vec<[u32; 2]>,
 }
 
-/// So many different times at most are told apart: each takes lists of its own.
-const MOST_TIMES: usize = 8;
+/// Nodes so near to each other at the start [m] are sewn from then on.
+const TOUCHES: f64 = 1e-6;
 
-/// How many of [`Assembly::sewn_points`] begin before the frame of a sub-step, or as it starts.
-struct Begun(usize);
+/// When the last seam that makes points is closed [s].
+struct ClosedAt(f64);
+
+/// Whether the nodes of points are sewn to each other in a sub-step.
+struct IsSewn(bool);
 
 impl JointMaterial {
     /// Whether it makes one point of the nodes that it joins, once it is closed.
@@ -44,54 +46,51 @@ impl JointMaterial {
 }
 
 impl Assembly {
-    /// Times at which seams make points of nodes [s], ascending. Of many only some, the last among them.
-    pub fn sewn_from(&self) -> Vec<f64> {
-        let seams = self.attachments().materials.iter().filter(|material| material.makes_points());
-        let mut times: Vec<f64> =
-            seams.map(|JointMaterial { close: [start, end], .. }| end.max(*start)).collect();
-        times.sort_unstable_by(f64::total_cmp);
-        times.dedup();
-        let last = times.len().saturating_sub(1);
-        match times.len() {
-            0..=MOST_TIMES => times,
-            _ => (0..MOST_TIMES).map(|kept| times[kept * last / (MOST_TIMES - 1)]).collect(),
+    /// The joints that make points of nodes that are solved for, and when each of them is closed [s].
+    fn sewing(&self) -> impl Iterator<Item = (&JointConstraint, f64)> {
+        let all = self.attachments();
+        let is_solved = |node: u32| self.is_solved_for(self.number_of_body(node));
+        all.joints.iter().filter_map(move |joint| {
+            let material = &all.materials[joint.material as usize];
+            let [start, end] = material.close;
+            let makes = joint.ends[1] & IS_POINT == 0 && material.makes_points();
+            let at = if joint.start <= TOUCHES { 0.0 } else { end.max(start) };
+            (makes && joint.ends.into_iter().all(is_solved)).then_some((joint, at))
+        })
+    }
+
+    /// Notes when seams will have made points, if any do.
+    pub(crate) fn note_sewing(&mut self) {
+        if self.solver.is_primal()
+            && let Some(at) = self.sewing().map(|one| one.1).reduce(f64::max)
+        {
+            self.extensions.insert(ClosedAt(at));
         }
     }
 
-    /// The points of each of those times, of nodes that are solved for.
-    pub fn sewn_points(&self) -> Vec<SewnPoints> {
-        let all = self.attachments();
-        let is_solved = |node: u32| self.is_solved_for(self.number_of_body(node));
-        let joins = |joint: &&JointConstraint| {
-            joint.ends[1] & IS_POINT == 0
-                && all.materials[joint.material as usize].makes_points()
-                && joint.ends.into_iter().all(is_solved)
-        };
-        let joints: Vec<&JointConstraint> = all.joints.iter().filter(joins).collect();
-        let points = |from: f64| {
-            let mut sets = Sets::new(self.places);
-            for joint in &joints {
-                let [start, end] = all.materials[joint.material as usize].close;
-                if end.max(start) <= from {
-                    sets.join(joint.ends[0], joint.ends[1]);
-                }
-            }
-            let nodes = points_of(&sets.all());
-            let bodies = |pair: &[u32]| [pair[0], pair[1]].map(|node| self.number_of_body(node) as u32);
-            let links = (0..nodes.rows()).flat_map(|point| nodes.row(point).windows(2).map(bodies));
-            let mut links: Vec<[u32; 2]> = links.filter(|[a, b]| a != b).collect();
-            links.sort_unstable();
-            links.dedup();
-            SewnPoints { from, nodes, links }
-        };
-        self.sewn_from().into_iter().map(points).collect()
+    /// When all seams that make points are closed [s].
+    pub fn sewn_at(&self) -> Option<f64> {
+        self.extensions.get().map(|&ClosedAt(at)| at)
+    }
+
+    /// The points that seams make.
+    pub fn sewn_points(&self) -> Option<SewnPoints> {
+        self.sewn_at()?;
+        let mut sets = Sets::new(self.places);
+        self.sewing().for_each(|(joint, _)| sets.join(joint.ends[0], joint.ends[1]));
+        let nodes = points_of(&sets.all());
+        let bodies = |pair: &[u32]| [pair[0], pair[1]].map(|node| self.number_of_body(node) as u32);
+        let links = (0..nodes.rows()).flat_map(|point| nodes.row(point).windows(2).map(bodies));
+        let mut links: Vec<[u32; 2]> = links.filter(|[a, b]| a != b).collect();
+        links.sort_unstable();
+        links.dedup();
+        Some(SewnPoints { nodes, links })
     }
 
     /// Coarser levels once all seams are closed, where that makes a difference: nodes of a point follow the same coarser nodes, so
     /// that coarser levels have the bodies sewn to each other. Only levels of elements can, whose blocks are products of
     /// matrices.
-    pub fn sewn_levels(&self, points: &[SewnPoints]) -> Option<Vec<Level>> {
-        let SewnPoints { nodes, .. } = points.last()?;
+    pub fn sewn_levels(&self, SewnPoints { nodes, .. }: &SewnPoints) -> Option<Vec<Level>> {
         let mut follows: Vec<u32> = (0..self.places as u32).collect();
         for point in (0..nodes.rows()).map(|point| nodes.row(point)) {
             if point.iter().all(|&node| self.has_solved_elements(self.number_of_body(node))) {
@@ -130,20 +129,18 @@ fn points_of(least: &[u32]) -> Csr {
     Csr::new(count as usize, entries.into_iter())
 }
 
-/// Which points seams have made when the frame of a sub-step starts. Within a frame they stay the same: a GPU has its kernels
-/// recorded by frames.
+/// Whether all seams are closed when the frame of a sub-step starts. Within a frame that stays the same: a GPU has its kernels recorded
+/// by frames.
 pub fn parameters<T: Real>(assembly: &Assembly, substep: &mut Substep<T>) {
-    if assembly.solver.is_primal() {
-        let begun = assembly.sewn_from().iter().filter(|&&from| from <= substep.frame_start).count();
-        substep.extensions.insert(Begun(begun));
+    if let Some(at) = assembly.sewn_at() {
+        substep.extensions.insert(IsSewn(at <= substep.frame_start));
     }
 }
 
 impl<T: Real> Substep<T> {
-    /// The last of [`Assembly::sewn_points`] that have begun.
-    pub fn sewn(&self) -> Option<usize> {
-        let Begun(begun) = self.extensions.get()?;
-        begun.checked_sub(1)
+    /// Whether the nodes of [`Assembly::sewn_points`] are sewn to each other.
+    pub fn is_sewn(&self) -> bool {
+        self.extensions.get().is_some_and(|&IsSewn(is_sewn)| is_sewn)
     }
 }
 
@@ -218,13 +215,17 @@ mod tests {
     }
 
     fn assembly(seams: impl IntoIterator<Item = Seam>) -> Assembly {
+        Assembly::new(&seams.into_iter().fold(scene(), Scene::seam)).unwrap()
+    }
+
+    fn scene() -> Scene {
         let mut scene = Scene::new("").method(Method::Ice);
         scene.solver.ice.form = ConstraintForm::Primal;
         for name in ["a", "b", "c", "bare"] {
             let body = Body::cloth(name, Mesh::grid(4, 4, [1.0, 1.0])).with_mass(Mass::Node(0.1));
             scene = scene.body(if name == "bare" { body } else { body.structural(9.0, 0.0) });
         }
-        Assembly::new(&seams.into_iter().fold(scene, Scene::seam)).unwrap()
+        scene
     }
 
     fn row(from: &str, to: &str) -> Seam {
@@ -237,30 +238,28 @@ mod tests {
         let soft = Seam { k: Some(1.0), ..row("a", "c") };
         let tears = Seam { break_force: Some(1.0), ..row("b", "c").closing(0.0, 0.2, 0.0) };
         let long = row("a", "c").closing(0.0, 0.2, 0.1);
-        for seam in [soft, tears, long] {
-            assert!(assembly([seam]).sewn_points().is_empty());
+        for seam in [soft, tears, long, row("c", "bare")] {
+            assert!(assembly([seam]).sewn_points().is_none());
         }
         let seams = [row("a", "b").closing(0.0, 0.3, 0.0), row("b", "c").closing(0.1, 0.2, 0.0)];
-        let assembly = assembly(seams.into_iter().chain([row("c", "bare").closing(0.0, 0.3, 0.0)]));
-        let [first, all] = &assembly.sewn_points()[..] else { panic!("two times") };
-        assert_eq!((first.from, all.from), (0.2, 0.3));
+        let assembly = assembly(seams.into_iter().chain([row("c", "bare").closing(0.0, 0.9, 0.0)]));
+        let SewnPoints { nodes, links } = assembly.sewn_points().unwrap();
         let firsts: Vec<u32> = assembly.bodies.iter().map(|body| body.first as u32).collect();
-        assert_eq!((first.nodes.rows(), first.nodes.row(1)), (4, &[firsts[1] + 1, firsts[2] + 1][..]));
-        let of_three = [firsts[0], firsts[1], firsts[2]];
-        assert_eq!((all.nodes.rows(), all.nodes.row(0)), (4, &of_three[..]));
-        assert_eq!((&first.links[..], &all.links[..]), (&[[1, 2]][..], &[[0, 1], [1, 2]][..]));
+        assert_eq!((nodes.rows(), nodes.row(1)), (4, &[firsts[0] + 1, firsts[1] + 1, firsts[2] + 1][..]));
+        assert_eq!(links, [[0, 1], [1, 2]]);
     }
 
     #[test]
-    fn of_many_times_some_are_told_apart_the_last_among_them() {
-        let seams = (0..16).map(|number| {
-            let at = 0.1 + 0.01 * f64::from(number);
-            Seam::pairs("a", "b", [[number, number]]).closing(0.0, at, 0.0)
-        });
-        let all = assembly(seams).sewn_points();
-        assert_eq!(all.len(), MOST_TIMES);
-        let counts: Vec<usize> = all.iter().map(|points| points.nodes.rows()).collect();
-        assert_eq!((counts[0], counts[MOST_TIMES - 1]), (1, 16));
-        assert!(counts.is_sorted());
+    fn points_begin_when_the_last_seam_is_closed_and_at_once_where_nodes_touch() {
+        // All bodies of this scene are in one place.
+        let at = |seams: &[Seam], lift: f64| {
+            let mut scene = scene();
+            scene.bodies[2].place.position = [0.0, lift, 0.0];
+            Assembly::new(&seams.iter().cloned().fold(scene, Scene::seam)).unwrap().sewn_at()
+        };
+        let seams = [row("a", "b").closing(0.0, 0.3, 0.0), row("b", "c").closing(0.1, 0.2, 0.0)];
+        assert_eq!(at(&seams, 0.0), Some(0.0));
+        assert_eq!(at(&seams, 0.5), Some(0.2));
+        assert_eq!(at(&[], 0.5), None);
     }
 }

@@ -72,8 +72,8 @@ pub struct Implicit<T> {
     places: Places,
     /// Contacts of surfaces on coarser levels.
     coarse_contacts: Vec<CoarseContacts<T>>,
-    /// Nodes that seams make one point of, from when on.
-    sewn: Vec<SewnPoints>,
+    /// Nodes that seams make one point of, once they are closed.
+    sewn: Option<SewnPoints>,
 }
 
 /// Levels.
@@ -162,15 +162,15 @@ impl<T: Real> Implicit<T> {
         }
         let sewn = assembly.sewn_points();
         let multigrid = Multigrid::new(assembly, assembly.levels(), false);
-        let sewn_multigrid =
-            assembly.sewn_levels(&sewn).map(|levels| Multigrid::new(assembly, &levels, true));
+        let sewn_multigrid = sewn.as_ref().and_then(|sewn| assembly.sewn_levels(sewn));
+        let sewn_multigrid = sewn_multigrid.map(|levels| Multigrid::new(assembly, &levels, true));
         assembly.forget_levels();
         let tables = &multigrid.tables;
         let list = assembly.take_constraints();
         let edges = &tables[0].slots.edge;
         let of = |&edge: &u32| (edge != NO_EDGE).then_some(edge as usize);
         let surfaces = !assembly.colliders().is_empty();
-        let most_sewn = sewn.last().map_or(0, |all| all.nodes.items.len());
+        let sewn_nodes = sewn.as_ref().map_or(0, |all| all.nodes.items.len());
         let coarser = if assembly.surfaces().is_some() { &tables[1..] } else { &[] };
         Some(Self {
             rest: edges
@@ -182,7 +182,7 @@ impl<T: Real> Implicit<T> {
             ice: assembly.solver.ice.clone(),
             surfaces,
             scratch: PerWorker::new(workers, |_| Scratch::default()),
-            work: Work::new(tables, (surfaces, assembly.solver.is_second_order()), most_sewn),
+            work: Work::new(tables, (surfaces, assembly.solver.is_second_order()), sewn_nodes),
             places: Places::new(&tables[0], workers),
             coarse_contacts: coarser.iter().map(|table| CoarseContacts::new(table, workers)).collect(),
             multigrid,
@@ -287,11 +287,10 @@ impl<T: Real> Feature<T> for Implicit<T> {
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        let sewn = worker.substep.sewn();
-        let is_last = sewn.is_some_and(|sewn| sewn + 1 == self.sewn.len());
+        let is_sewn = worker.substep.is_sewn();
         ImplicitWorker {
             primal: self,
-            multigrid: self.sewn_multigrid.as_ref().filter(|_| is_last).unwrap_or(&self.multigrid),
+            multigrid: self.sewn_multigrid.as_ref().filter(|_| is_sewn).unwrap_or(&self.multigrid),
             shared: &self.work,
             // SAFETY: each worker has its own.
             scratch: unsafe { self.scratch.of(worker.index) },
@@ -301,7 +300,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             second: self.work.history.as_ref().zip(worker.substep.scheme()),
             colliders: self.colliders(worker.substep),
             contacts: worker.features.get(),
-            sewn: sewn.map(|sewn| &self.sewn[sewn]),
+            sewn: self.sewn.as_ref().filter(|_| is_sewn),
             mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
         .solve();

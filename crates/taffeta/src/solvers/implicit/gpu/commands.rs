@@ -20,7 +20,7 @@ impl Implicit {
 
     /// What nodes follow once all seams are closed, if they are and that makes a difference.
     pub(super) fn sewn_followers(&self) -> Option<&Followers> {
-        self.sewn_followers.as_ref().filter(|_| self.sewn.as_ref().is_some_and(Sewn::is_whole))
+        self.sewn_followers.as_ref().filter(|_| self.sewn.as_ref().is_some_and(Sewn::is_closed))
     }
 
     /// Parts of coarser levels that iterations have, and where their workgroups are counted.
