@@ -137,11 +137,10 @@ impl Scene {
     fn implicit_part(&self, index: usize, nodes: u64, springs: u64) -> Part<'_> {
         let of_body = |name: &str| (0..).zip(&self.bodies).find(|&(at, _)| self.body_name(at) == name);
         let is_solved = |name: &str| of_body(name).is_some_and(|(_, body)| body.solved_bytes() > 0);
+        let name = self.body_name(index);
         let is_sewn = self.seams.iter().any(|seam| {
             let bodies = seam.bodies();
-            seam.makes_points()
-                && bodies.contains(&&*self.body_name(index))
-                && bodies.into_iter().all(is_solved)
+            seam.makes_points() && bodies.contains(&&*name) && bodies.into_iter().all(is_solved)
         });
         // Where bodies are sewn, there are blocks for before and for after seams are closed.
         let elements = self.bodies[index].solved_bytes().saturating_mul(if is_sewn { 2 } else { 1 });

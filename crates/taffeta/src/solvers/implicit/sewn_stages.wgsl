@@ -36,7 +36,7 @@ fn weigh_points(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
     }
 }
 
-/// Weights the residual of each point among its nodes, and begins the cycle anew there.
+/// Distributes the residual of each point among its nodes, and takes the first step of the cycle there.
 @compute @workgroup_size(256)
 fn distribute_residuals(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let number = node_of(id, lane);

@@ -12,7 +12,7 @@ use crate::solvers::implicit::sewn::{Matrix, matrix_times, parallel, transposed_
 impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Whether any nodes are one point in this sub-step.
     pub fn is_sewn(&self) -> bool {
-        self.sewn.is_some_and(|sewn| sewn.nodes.rows() > 0)
+        self.sewn.is_some()
     }
 
     /// Does something for the nodes of each point in this worker's part; `work` is given the number of the first of them among
@@ -110,7 +110,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         });
     }
 
-    /// Distributes the residual of each point among its nodes, and begins the cycle anew there.
+    /// Distributes the residual of each point among its nodes, and takes the first step of the cycle there.
     pub fn distribute_residuals(&self) {
         if !self.is_sewn() {
             return;
