@@ -11,6 +11,7 @@ mod line;
 mod measure;
 mod mesh;
 pub mod scenes;
+mod start;
 mod volume;
 
 use crate::console;
@@ -98,6 +99,8 @@ enum What {
     Collider,
     /// A body that keeps its volume, falling on a floor
     Volume,
+    /// How long it takes to build many small sheets, and a ball
+    Start,
 }
 
 /// Runs one bench and prints its lines.
@@ -110,6 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Fabric => run_fabric(args),
         What::Acad => acad::run(args, &bench),
         What::Collider => collider::run(args, &bench),
+        What::Start => start::run(args),
         _ => run_scene(args, bench),
     }
 }
@@ -239,6 +243,7 @@ impl Args {
             )),
             What::Mesh => mesh::bench(self.mesh.as_deref(), self.n.unwrap_or(1_000_000) as usize),
             What::Volume => volume::bench(self.mesh.as_deref(), self.n),
+            What::Start => Ok(Bench::new("start", vec![100, 20, 20], start::sheets())),
         }
     }
 }

@@ -242,6 +242,28 @@ pub fn times<T: Real>(m: &Symmetric<T>, v: [T; 3]) -> [T; 3] {
     ]
 }
 
+/// Eigenvalues of a symmetric matrix, and the unit vector of each, by Jacobi's rotations.
+pub fn eigen(mut x: [[f64; 3]; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
+    let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(8) {
+        if x[p][q] == 0.0 {
+            continue;
+        }
+        let ratio = (x[q][q] - x[p][p]) / (2.0 * x[p][q]);
+        let tangent = ratio.signum() / (ratio.abs() + (ratio * ratio + 1.0).sqrt());
+        let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+        let turn = |[a, b]: [f64; 2]| [cosine * a - cosine * tangent * b, cosine * tangent * a + cosine * b];
+        for row in &mut x {
+            [row[p], row[q]] = turn([row[p], row[q]]);
+        }
+        for k in 0..3 {
+            [x[p][k], x[q][k]] = turn([x[p][k], x[q][k]]);
+            [vectors[p][k], vectors[q][k]] = turn([vectors[p][k], vectors[q][k]]);
+        }
+    }
+    ([0, 1, 2].map(|k| x[k][k]), vectors)
+}
+
 /// Area between three corners [m²].
 pub fn area<T: Real>([a, b, c]: [[T; 3]; 3]) -> T {
     T::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)))

@@ -111,7 +111,7 @@ impl Simulation {
         let colliders = (0..assembly.colliders().len())
             .map(|i| ColliderInfo::of(scene, &assembly, ColliderHandle::new(id, i)))
             .collect();
-        let limit = StepLimit::new(&assembly);
+        let limit = StepLimit::new(&assembly, options.find_largest_steps);
         let of_body = |body: &BodyAssembly| {
             let said = body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name));
             said.map(Warning::from).collect::<Vec<_>>()
@@ -285,13 +285,14 @@ impl Simulation {
         pairs
     }
 
-    /// Largest stable step at rest [s] of what is explicit, found by power iteration; infinite without springs. Where all
-    /// springs are implicit it is that of other elements and drag, in the primal form of drag alone.
+    /// Largest stable step at rest [s] of what is explicit; infinite without springs. Where all springs are implicit it is that of
+    /// other elements and drag, in the primal form of drag alone. With [`Options::find_largest_steps`], or where the scene's step is near
+    /// to it, within a hundredth; else a stable step that is at least as long as the scene's.
     pub fn largest_stable_step(&self) -> f64 {
         self.limit.at_rest
     }
 
-    /// Largest step [s] that is stable however springs are folded; at most [`Self::largest_stable_step`].
+    /// Largest step [s] that is stable however springs are folded; at most [`Self::largest_stable_step`], and found as that is.
     pub fn largest_stable_step_folded(&self) -> f64 {
         self.limit.folded
     }
@@ -301,7 +302,8 @@ impl Simulation {
         self.limit.in_air
     }
 
-    /// What sets [`Self::largest_stable_step_folded`], or that in air; `None` where nothing does.
+    /// What sets [`Self::largest_stable_step_folded`], or that in air; `None` where nothing does, and where neither
+    /// [`Options::find_largest_steps`] nor the scene's step asks for it.
     pub fn largest_step_culprit(&self) -> Option<&Culprit> {
         self.limit.culprit.as_ref()
     }

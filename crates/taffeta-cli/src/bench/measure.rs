@@ -91,6 +91,7 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
         threads: args.threads.map(usize::from),
         precision: args.precision.precision(),
         gpu: gpu.cloned(),
+        ..Options::default()
     };
     let mut simulation = Simulation::new(&bench.scene, &options).map_err(|error| {
         Failure::Input(format!("bench {}: {}", bench.name, console::advised(&error, error.advice())))

@@ -105,7 +105,7 @@ impl Sample {
         if !self.soft || surface.nodes.len() > MANY {
             return;
         }
-        let options = Options { threads: Some(1), ..Options::default() };
+        let options = Options { threads: Some(1), find_largest_steps: true, ..Options::default() };
         loop {
             match Simulation::new(&self.scene(surface), &options) {
                 Ok(simulation) => {

@@ -140,8 +140,9 @@ struct KindCount {
 pub fn check(args: &Args) -> Result<(), Failure> {
     let loaded = taffeta_io::load_scene(&args.path, &args.sets)?;
     crate::memory::check(&loaded.scene)?;
-    let simulation = Simulation::new(&loaded.scene, &Options::default())
-        .map_err(|error| console::not_built(&loaded.source, &error))?;
+    let simulation =
+        Simulation::new(&loaded.scene, &Options { find_largest_steps: true, ..Options::default() })
+            .map_err(|error| console::not_built(&loaded.source, &error))?;
     let report = Report::of(&args.path, &loaded, &simulation);
     console::say(&if args.json { console::json(&report)? } else { report.words() })
 }

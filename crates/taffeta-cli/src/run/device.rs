@@ -110,8 +110,12 @@ impl Device {
 
     /// The scene on this device. Where the program has chosen a GPU, and the scene does not fit it, on the CPU.
     pub fn build(&mut self, args: &Args, plan: &Plan, loaded: &Loaded) -> Result<Simulation, Failure> {
-        let options =
-            |gpu| Options { threads: args.threads.map(usize::from), precision: plan.precision, gpu };
+        let options = |gpu| Options {
+            threads: args.threads.map(usize::from),
+            precision: plan.precision,
+            find_largest_steps: true,
+            gpu,
+        };
         let built = Simulation::new(&loaded.scene, &options(self.gpu.clone()));
         let error = match built {
             Ok(simulation) => return Ok(simulation),

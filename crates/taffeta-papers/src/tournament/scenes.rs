@@ -208,7 +208,7 @@ impl Case {
         half_a_step_early: bool,
     ) -> Result<Simulation, String> {
         let threads = if self.steps.is_some() { None } else { Some(1) };
-        let options = Options { precision, threads, ..Options::default() };
+        let options = Options { precision, threads, find_largest_steps: true, ..Options::default() };
         let scene = self.scene(method, steps);
         let mut simulation = Simulation::new(&scene, &options).map_err(|error| error.to_string())?;
         let mut snapshot = simulation.snapshot();

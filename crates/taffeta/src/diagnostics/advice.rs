@@ -24,8 +24,8 @@ pub struct StepLimit {
     pub folded: f64,
     /// The same in any air flow, if air acts on the body.
     pub in_air: Option<f64>,
-    /// Name of the body that sets them.
-    pub body: String,
+    /// Name of the body that sets the step at rest, and of that which sets the others.
+    pub bodies: [String; 2],
     /// What sets it there, if anything does.
     pub culprit: Option<Culprit>,
     /// The method of springs, and so which elements are explicit.
@@ -40,30 +40,37 @@ pub struct StepLimit {
     pub max_tension: Option<Tension>,
 }
 
+/// What of a scene takes explicit steps.
+fn explicit_of(assembly: &Assembly) -> Explicit {
+    match assembly.solver.method {
+        Method::Ice if assembly.solver.is_primal() => Explicit::Rest,
+        Method::Ice => Explicit::Elements,
+        Method::Springs | Method::Acad => Explicit::Springs,
+    }
+}
+
 impl StepLimit {
-    /// Measures a scene.
-    pub fn new(assembly: &Assembly) -> Self {
+    /// Measures a scene: in any case (`always`), or only as far as needed to tell whether its step is stable.
+    pub fn new(assembly: &Assembly, always: bool) -> Self {
         let method = assembly.solver.method;
         // Constraints of the method "acad" have no compliance of the material.
         let compliant = method == Method::Ice && assembly.solver.ice.form == ConstraintForm::Compliant;
-        let (primal, step) = (assembly.solver.is_primal(), assembly.time.substep(0).1);
-        let explicit = match method {
-            Method::Ice if primal => Explicit::Rest,
-            Method::Ice => Explicit::Elements,
-            Method::Springs | Method::Acad => Explicit::Springs,
-        };
-        let (largest, worst) = stability::largest_steps(assembly, explicit);
+        let (primal, step) = (assembly.solver.is_primal(), assembly.time.longest_step());
+        let explicit = explicit_of(assembly);
+        let measured = |enough| stability::largest_steps(assembly, explicit, enough);
+        let enough = (!always).then(|| measured(step)).filter(|(steps, _)| steps.in_air >= step);
+        let (largest, worst) = enough.unwrap_or_else(|| measured(f64::INFINITY));
         let limiting = assembly.elements().iter().filter(|list| {
             explicit.has(list) && list.kind.modes.is_some() && !list.bodies[largest.body].is_empty()
         });
         let air = (!assembly.elements_of(aero::NAME, largest.body).is_empty()).then_some(largest.in_air);
-        let by_nodes = || stability::largest_steps(assembly, Explicit::Rest).0.folded >= step;
+        let by_nodes = || stability::largest_steps(assembly, Explicit::Rest, step).0.folded >= step;
         Self {
             step,
             at_rest: largest.at_rest,
             folded: largest.folded,
             in_air: air,
-            body: assembly.bodies[largest.body].name.clone(),
+            bodies: [largest.stiffest, largest.body].map(|body| assembly.bodies[body].name.clone()),
             culprit: worst.and_then(|worst| worst.culprit(assembly, (step, air.is_some()))),
             method,
             elements: limiting.map(|list| list.kind.name).collect(),
@@ -84,7 +91,7 @@ impl StepLimit {
 
     /// A warning if the step is too long for what is explicit at rest, or may be when cloth folds.
     fn explicit(&self) -> Option<Warning> {
-        let Self { step, at_rest, folded, body, .. } = self;
+        let Self { step, at_rest, folded, bodies: [stiffest, body], .. } = self;
         let springs = "folded or slack springs".to_owned();
         let (which, then, loose) = match self.method {
             Method::Springs => (String::new(), "this run will blow up", springs),
@@ -101,7 +108,7 @@ impl StepLimit {
             let remedy = self.remedy();
             Some(remedy.after(format!(
                 "the step of {step:.3e} s is longer than the largest stable step{which} at rest, {at_rest:.3e} s (body \
-                 `{body}`): {then}{}",
+                 `{stiffest}`): {then}{}",
                 self.words_on_culprit()
             )))
         } else if step > folded {
@@ -357,7 +364,7 @@ mod tests {
             at_rest: 0.005,
             folded: 0.0039,
             in_air: None,
-            body: "flag".to_owned(),
+            bodies: ["flag", "flag"].map(str::to_owned),
             method,
             elements: vec!["hinges"],
             primal: false,

@@ -52,7 +52,7 @@ pub(crate) fn given(kind: &str, is_damping: bool) -> Given {
 ///
 /// let flag = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0])).with_mass(Mass::Area(0.2));
 /// let scene = Scene::new("").time(0.01, 1e-4).body(flag.structural(100.0, 0.01).hinge(1e-4, 1e-3));
-/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let simulation = Simulation::new(&scene, &Options { find_largest_steps: true, ..Options::default() })?;
 /// let culprit = simulation.largest_step_culprit().expect("springs and hinges resist");
 /// assert_eq!((culprit.part.source, culprit.part.is_damping), (Source::Elements("hinges"), true));
 /// assert_eq!(culprit.to_string(), "the damping d = 1e-3 N·m·s/rad of hinges of body `flag`");

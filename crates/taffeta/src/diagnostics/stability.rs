@@ -12,20 +12,17 @@
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
 use crate::assembly::springs::{SpringKind, SpringList};
+use crate::elements::aero;
 use crate::elements::element::{Kind, List};
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, dot, norm, scale, sub};
-use crate::topology::random::SplitMix64;
+use mode::{Goal, Mode, Pull};
 use patch::Patch;
+use std::rc::Rc;
 
+mod mode;
 mod parts;
 mod patch;
-
-/// Element visits that a power iteration may take; with millions of springs fewer rounds must do.
-const ENOUGH: usize = 30_000_000;
-
-/// Steps that are tried one after the other: the worst mode depends on the step, and the largest step on the mode.
-const ROUNDS: usize = 6;
 
 /// What h²κ + 2hδ must stay below.
 const ROOM: f64 = 4.0;
@@ -38,7 +35,7 @@ const GRID_KINDS: [SpringKind; 6] = {
     [Structural, Bend, Structural, Bend, Shear, Shear]
 };
 
-/// Power iteration comes to the largest eigenvalue from below.
+/// The search comes to the largest step from above.
 const SAFETY: f64 = 0.995;
 
 /// A spring as it pulls on its ends along a fixed direction.
@@ -52,7 +49,7 @@ struct Axis {
 }
 
 /// The modes of elements of one kind: so many nodes each, with a direction for each node.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 struct Modes {
     kind: &'static str,
     width: usize,
@@ -69,23 +66,28 @@ struct System {
     elements: Vec<Modes>,
     /// 1/√m [kg^-½]; 0 for held nodes.
     root_inverse_mass: Vec<f64>,
+    /// By how much less than springs one by one those between all of some nodes resist at each of them: k and d.
+    shared: Vec<[f64; 2]>,
     /// Of each node [kg/s].
     drag: f64,
+    /// Whether air acts on the body.
+    is_blown_on: bool,
     /// What part of a grid it shows.
     patch: Option<Patch>,
 }
 
 /// The largest stable steps [s] of what is explicit in a scene; infinite if nothing sets one.
 #[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
 pub struct LargestSteps {
     /// As the scene starts.
     pub at_rest: f64,
-    /// However its springs are folded.
+    /// The body that sets it.
+    pub stiffest: usize,
+    /// However springs are folded.
     pub folded: f64,
-    /// The same in any flow of air, if air acts on the body.
+    /// The same in any flow of air that acts on the body.
     pub in_air: f64,
-    /// The body that sets them.
+    /// The body that sets both.
     pub body: usize,
 }
 
@@ -110,35 +112,39 @@ impl Explicit {
 /// The body that sets the largest steps, and its state that does, however springs are folded.
 pub struct Worst {
     body: usize,
-    system: System,
+    system: Rc<System>,
     mode: Vec<[f64; 3]>,
 }
 
-/// Finds the largest stable steps of what is explicit in a scene, and what sets them.
-pub fn largest_steps(assembly: &Assembly, explicit: Explicit) -> (LargestSteps, Option<Worst>) {
+/// Finds the largest stable steps of what is explicit in a scene, and what sets them. Of a body that is stable at a step of `enough` [s]
+/// they may be shorter, by a bound that costs little.
+pub fn largest_steps(assembly: &Assembly, explicit: Explicit, enough: f64) -> (LargestSteps, Option<Worst>) {
     let any = f64::INFINITY;
-    let none = LargestSteps { at_rest: any, folded: any, in_air: any, body: 0 };
-    (0..assembly.bodies.len()).fold((none, None), |(least, worst), body| {
-        let system = System::new(assembly, body, explicit);
-        let ([at_rest, blown_on], _) = system.largest_step(Pull::Along);
-        if at_rest < least.at_rest {
-            let ([folded, in_air], mode) = system.largest_step(Pull::AnyWay);
-            let steps =
-                LargestSteps { at_rest, folded: folded.min(at_rest), in_air: in_air.min(blown_on), body };
-            (steps, Some(Worst { body, system, mode }))
-        } else {
-            (least, worst)
+    let mut steps = LargestSteps { at_rest: any, stiffest: 0, folded: any, in_air: any, body: 0 };
+    let mut worst = None;
+    let mut last: Option<Rc<System>> = None;
+    for body in 0..assembly.bodies.len() {
+        let system = Rc::new(System::new(assembly, body, explicit));
+        if last.as_ref().is_some_and(|last| system.is_like(last)) {
+            continue;
         }
-    })
-}
-
-/// The direction in which a spring resists.
-#[derive(Clone, Copy, PartialEq)]
-enum Pull {
-    /// Along itself.
-    Along,
-    /// Any: the bound for all states.
-    AnyWay,
+        let sure = system.sure_steps();
+        let (found, mode) = if sure[1] < enough && sure[0] < steps.at_rest {
+            let (found, mode) = system.search(body, enough);
+            (found, Some(mode))
+        } else {
+            (LargestSteps { at_rest: sure[0], stiffest: body, folded: sure[0], in_air: sure[1], body }, None)
+        };
+        if found.at_rest < steps.at_rest {
+            (steps.at_rest, steps.stiffest) = (found.at_rest, body);
+        }
+        if found.folded < steps.folded {
+            (steps.folded, steps.in_air, steps.body) = (found.folded, found.in_air, body);
+            worst = mode.map(|mode| Worst { body, system: Rc::clone(&system), mode });
+        }
+        last = Some(system);
+    }
+    (steps, worst)
 }
 
 fn spring(places: &[[f64; 3]], kind: SpringKind, nodes: [u32; 2], [k, d]: [f64; 2]) -> Axis {
@@ -162,6 +168,7 @@ impl System {
             (BodySprings::Grid(_), None) => Self::default(),
         };
         system.drag = assembly.world.drag;
+        system.is_blown_on = !assembly.elements_of(aero::NAME, index).is_empty();
         if explicit != Explicit::Springs {
             system.springs = Vec::new();
         }
@@ -178,12 +185,41 @@ impl System {
             let local = |(nodes, numbers)| (nodes, numbers, |node: u32| Some(node - first));
             Modes::new(list.kind, &body.start, list.of(list.bodies[index].clone()).map(local))
         };
-        Self {
+        let mut system = Self {
             springs: lists.iter().flat_map(springs).collect(),
             elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
-            drag: 0.0,
-            patch: None,
+            ..Self::default()
+        };
+        if let Some(list) = lists.iter().find(|list| list.kind == SpringKind::Structural) {
+            system.share_triangles(body, [list.k, list.d]);
+        }
+        system
+    }
+
+    /// Notes what triangles of springs resist less than their springs one by one. With half of each edge, as others may have the
+    /// other half, their eigenvalue is 3/2 k, and the sum of its edges would be 2 k at each corner.
+    fn share_triangles(&mut self, body: &BodyAssembly, resists: [f64; 2]) {
+        let (Some(surface), Some(edges)) = (&body.surface, &body.edges) else { return };
+        if edges.non_manifold_edges() > 0 {
+            return;
+        }
+        self.shared = vec![[0.0; 2]; body.nodes];
+        for corners in &surface.triangles {
+            self.share(
+                corners.map(|node| body.solver_local(node as usize)),
+                resists.map(|resists| 0.5 * resists),
+            );
+        }
+    }
+
+    /// Notes what nodes share, if none of them is held.
+    fn share<const N: usize>(&mut self, nodes: [usize; N], less: [f64; 2]) {
+        if nodes.iter().all(|&node| self.root_inverse_mass[node] > 0.0) {
+            for node in nodes {
+                let [k, d] = &mut self.shared[node];
+                (*k, *d) = (*k + less[0], *d + less[1]);
+            }
         }
     }
 
@@ -218,12 +254,25 @@ impl System {
             let inside = |(nodes, numbers)| Some((nodes, numbers, patch.mover(nodes, body.first)?));
             Modes::new(list.kind, &places, of_body.filter_map(inside))
         };
-        Self {
+        let mut system = Self {
             springs,
             elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..rows * cols).map(|n| root_inverse_mass(body, patch.of_grid(n))).collect(),
-            drag: 0.0,
             patch: Some(patch),
+            ..Self::default()
+        };
+        system.share_cells([rows, cols], along);
+        system
+    }
+
+    /// Notes what cells of a grid resist less than their springs one by one. With half of each edge, k and l, and both diagonals, m, their
+    /// eigenvalues are k + l, k + 2 m and l + 2 m, and the sum of its springs would be k + l + 2 m at each corner.
+    fn share_cells(&mut self, [rows, cols]: [usize; 2], along: &GridDirections) {
+        let [Some(first), _, Some(second), _, Some(shear), Some(_)] = along else { return };
+        let less = [0, 1].map(|i| first[i].min(second[i]).min(2.0 * shear[i]));
+        self.shared = vec![[0.0; 2]; rows * cols];
+        for n in (0..(rows - 1) * cols).filter(|n| n % cols + 1 < cols) {
+            self.share([n, n + 1, n + cols, n + cols + 1], less);
         }
     }
 }
@@ -274,103 +323,112 @@ fn root_inverse_mass(body: &BodyAssembly, node: usize) -> f64 {
 }
 
 impl System {
-    /// A state without any order.
-    fn any_state(&self) -> Vec<[f64; 3]> {
-        let mut random = SplitMix64::new(1);
-        self.root_inverse_mass.iter().map(|_| [(); 3].map(|()| random.unit() - 0.5)).collect()
+    /// What h²κ + 2hδ must stay below, and in any flow of air that acts on the body.
+    fn rooms(&self) -> [f64; 2] {
+        [ROOM, if self.is_blown_on { ROOM_IN_AIR } else { ROOM }]
+    }
+
+    /// How many elements and springs it has.
+    fn len(&self) -> usize {
+        self.springs.len() + self.elements.iter().map(Modes::len).sum::<usize>()
+    }
+
+    /// Steps [s] that are stable however springs are folded, without air and in it, shorter than the largest ones. The matrix of an
+    /// element is at most a diagonal one, in which a node has the length of the element's direction there times the sum of all of them:
+    /// their difference is diagonally dominant. What is left then is to look at each node by itself.
+    fn sure_steps(&self) -> [f64; 2] {
+        let w = &self.root_inverse_mass;
+        let of_node =
+            |node: usize| self.shared.get(node).map_or([0.0, self.drag], |[k, d]| [-k, self.drag - d]);
+        let mut rates: Vec<[f64; 2]> = (0..w.len()).map(of_node).collect();
+        let mut add = |node: u32, length: f64, [k, d]: [f64; 2]| {
+            let [kappa, delta] = &mut rates[node as usize];
+            (*kappa, *delta) = (*kappa + length * k, *delta + length * d);
+        };
+        let is_free = |node: u32| w[node as usize] > 0.0;
+        for spring in &self.springs {
+            let free = spring.nodes.into_iter().filter(|&node| is_free(node)).count() as f64;
+            spring.nodes.into_iter().for_each(|node| add(node, free, [spring.k, spring.d]));
+        }
+        for (nodes, directions, [k, d, stiffest]) in self.elements.iter().flat_map(Modes::iter) {
+            let ends = || nodes.iter().zip(directions).filter(|end| is_free(*end.0));
+            let all: f64 = ends().map(|(_, &n)| norm(n)).sum();
+            ends().for_each(|(&node, &n)| add(node, norm(n) * all * stiffest, [k, d]));
+        }
+        let [room, in_air] = self.rooms();
+        let rates = rates.iter().zip(w).map(|(rates, w)| rates.map(|rate| rate * w * w));
+        rates.fold([f64::INFINITY; 2], |[still, blown_on], rates| {
+            [still.min(step_within(room, rates)), blown_on.min(step_within(in_air, rates))]
+        })
+    }
+
+    /// The largest steps [s] of a body that has this system, and the mode that sets them however springs are folded. If they are
+    /// `enough`, that at rest, which is longer, is not looked for.
+    fn search(&self, body: usize, enough: f64) -> (LargestSteps, Vec<[f64; 3]>) {
+        let ([folded, in_air], mode) = self.largest_step(Pull::AnyWay);
+        let [at_rest, blown_on] =
+            if in_air >= enough { [folded, in_air] } else { self.largest_step(Pull::Along).0 };
+        let (folded, in_air) = (folded.min(at_rest), in_air.min(blown_on));
+        (LargestSteps { at_rest, stiffest: body, folded, in_air, body }, mode)
+    }
+
+    /// Whether it has the same steps as another, however springs are folded.
+    fn is_like(&self, other: &Self) -> bool {
+        let alike = |(a, b): (&Axis, &Axis)| (a.nodes, a.k, a.d) == (b.nodes, b.k, b.d);
+        self.springs.len() == other.springs.len()
+            && self.is_blown_on == other.is_blown_on
+            && self.root_inverse_mass == other.root_inverse_mass
+            && self.springs.iter().zip(&other.springs).all(alike)
+            && self.elements == other.elements
     }
 
     /// The largest step [s], and that in any flow of air, by the same mode; and the mode.
     fn largest_step(&self, pull: Pull) -> ([f64; 2], Vec<[f64; 3]>) {
-        let any = self.any_state();
-        let mut u = any.clone();
-        let mut steps = [1.0; 2];
-        for _ in 0..ROUNDS {
-            // What is fastest at a long step may have nothing of what is fastest at a short one, as waves in the plane of a sheet
-            // have nothing of those across it: iteration would never come from one to the other.
-            u = half_of_each(&u, &any);
-            let mode = self.worst_mode(&mut u, steps[0], pull);
-            let next = [ROOM, ROOM_IN_AIR].map(|room| step_within(room, mode));
-            let settled = next[0].is_infinite() || (next[0] - steps[0]).abs() < 1e-4 * next[0];
-            steps = next;
-            if settled {
-                break;
-            }
-        }
-        (steps.map(|step| SAFETY * step), u)
+        let Mode { kappa, delta, u } = self.worst(pull, Goal::Step(ROOM));
+        (self.rooms().map(|room| SAFETY * step_within(room, [kappa, delta])), u)
     }
 
-    /// Stiffness and damping of the mode with the largest h²κ + 2hδ, by power iteration from `u`.
-    fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, pull: Pull) -> (f64, f64) {
-        let mut last = 0.0;
-        let mut rates = (0.0, 0.0);
-        let elements: usize = self.elements.iter().map(Modes::len).sum();
-        for _ in 0..(ENOUGH / (1 + self.springs.len() + elements)).clamp(30, 300) {
-            let length = u.iter().map(|&x| dot(x, x)).sum::<f64>().sqrt();
-            if length == 0.0 {
-                return (0.0, 0.0);
-            }
-            for x in u.iter_mut() {
-                *x = scale(*x, 1.0 / length);
-            }
-            let (next, kappa, delta) = self.apply(u, h, pull);
-            rates = (kappa, delta);
-            *u = next;
-            let value = h * h * kappa + 2.0 * h * delta;
-            if (value - last).abs() < 1e-6 * value {
-                break;
-            }
-            last = value;
-        }
-        rates
-    }
-
-    /// (h²K + 2hD) u with unit masses, and the shares κ = uᵀKu, δ = uᵀDu.
-    fn apply(&self, u: &[[f64; 3]], h: f64, pull: Pull) -> (Vec<[f64; 3]>, f64, f64) {
-        let mut out = vec![[0.0; 3]; u.len()];
+    /// Of a state u with unit masses, for each node: u, K u and D u.
+    fn multiplied(&self, u: impl Iterator<Item = [f64; 3]>, pull: Pull) -> Vec<[f64; 9]> {
+        let mut all: Vec<[f64; 9]> = u.map(|[x, y, z]| [x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
         let w = &self.root_inverse_mass;
-        let mut rates = Rates { kappa: 0.0, delta: 0.0 };
         for spring in &self.springs {
-            match pull {
-                Pull::Along => {
-                    let directions = [scale(spring.along, -1.0), spring.along];
-                    apply_mode(
-                        (&spring.nodes, &directions),
-                        [spring.k, spring.d],
-                        (u, w, h),
-                        &mut out,
-                        &mut rates,
-                    );
-                }
-                Pull::AnyWay => spring.apply_any_way(u, w, h, &mut out, &mut rates),
-            }
+            let [a, b] = spring.nodes.map(|node| node as usize);
+            let moved = |node: usize| scale([all[node][0], all[node][1], all[node][2]], w[node]);
+            let strain = sub(moved(b), moved(a));
+            let strain = match pull {
+                Pull::Along => scale(spring.along, dot(spring.along, strain)),
+                Pull::AnyWay => strain,
+            };
+            let resists = [spring.k, spring.d];
+            add_to(&mut all[a], scale(strain, -w[a]), resists);
+            add_to(&mut all[b], scale(strain, w[b]), resists);
         }
         for (nodes, directions, [k, d, stiffest]) in self.elements.iter().flat_map(Modes::iter) {
             let factor = if pull == Pull::AnyWay { stiffest } else { 1.0 };
-            apply_mode((nodes, directions), [factor * k, factor * d], (u, w, h), &mut out, &mut rates);
+            let ends = || nodes.iter().map(|&node| node as usize).zip(directions);
+            let strain: f64 = ends().map(|(i, &n)| w[i] * dot(n, [all[i][0], all[i][1], all[i][2]])).sum();
+            let resists = [factor * k, factor * d];
+            ends().for_each(|(i, &n)| add_to(&mut all[i], scale(n, strain * w[i]), resists));
         }
-        let Rates { kappa, mut delta } = rates;
-        for ((out, &x), w) in out.iter_mut().zip(u).zip(w) {
-            let rate = self.drag * w * w;
-            delta += rate * dot(x, x);
-            *out = add(*out, scale(x, 2.0 * h * rate));
+        for (node, w) in all.iter_mut().zip(w) {
+            let u = [node[0], node[1], node[2]];
+            add_to(node, scale(u, w * w), [0.0, self.drag]);
         }
-        (out, kappa, delta)
+        all
     }
 }
 
-/// The sum of two states of the same length.
-fn half_of_each(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let inverse_length = |u: &[[f64; 3]]| {
-        let squared: f64 = u.iter().map(|&x| dot(x, x)).sum();
-        if squared > 0.0 { 1.0 / squared.sqrt() } else { 0.0 }
-    };
-    let [of_a, of_b] = [a, b].map(inverse_length);
-    a.iter().zip(b).map(|(&a, &b)| add(scale(a, of_a), scale(b, of_b))).collect()
+/// Adds what resists a strain with k and d.
+fn add_to(node: &mut [f64; 9], strain: [f64; 3], [k, d]: [f64; 2]) {
+    for axis in 0..3 {
+        node[3 + axis] += k * strain[axis];
+        node[6 + axis] += d * strain[axis];
+    }
 }
 
 /// The step [s] at which h²κ + 2hδ comes to `room`; infinite if neither is there.
-fn step_within(room: f64, (kappa, delta): (f64, f64)) -> f64 {
+fn step_within(room: f64, [kappa, delta]: [f64; 2]) -> f64 {
     if kappa > 0.0 {
         ((delta * delta + room * kappa).sqrt() - delta) / kappa
     } else if delta > 0.0 {
@@ -380,40 +438,5 @@ fn step_within(room: f64, (kappa, delta): (f64, f64)) -> f64 {
     }
 }
 
-/// uᵀKu and uᵀDu.
-struct Rates {
-    kappa: f64,
-    delta: f64,
-}
-
-/// Adds what a mode with stiffness k and damping d does.
-fn apply_mode(
-    (nodes, directions): (&[u32], &[[f64; 3]]),
-    [k, d]: [f64; 2],
-    (u, w, h): (&[[f64; 3]], &[f64], f64),
-    out: &mut [[f64; 3]],
-    rates: &mut Rates,
-) {
-    let along = |(&node, &n): (&u32, &[f64; 3])| w[node as usize] * dot(n, u[node as usize]);
-    let strain: f64 = nodes.iter().zip(directions).map(along).sum();
-    rates.kappa += k * strain * strain;
-    rates.delta += d * strain * strain;
-    let pull = (h * h * k + 2.0 * h * d) * strain;
-    for (&node, &n) in nodes.iter().zip(directions) {
-        let out = &mut out[node as usize];
-        *out = add(*out, scale(n, pull * w[node as usize]));
-    }
-}
-
-impl Axis {
-    /// As if the spring resisted in every direction.
-    fn apply_any_way(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
-        let [a, b] = self.nodes.map(|node| node as usize);
-        let strain = sub(scale(u[b], w[b]), scale(u[a], w[a]));
-        rates.kappa += self.k * dot(strain, strain);
-        rates.delta += self.d * dot(strain, strain);
-        let pull = scale(strain, h * h * self.k + 2.0 * h * self.d);
-        out[a] = sub(out[a], scale(pull, w[a]));
-        out[b] = add(out[b], scale(pull, w[b]));
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -49,6 +49,10 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Arithmetic; a GPU computes in [`Precision::F32`] alone.
     pub precision: Precision,
+    /// Whether to find the largest stable steps ([`crate::Simulation::largest_stable_step`]) in any case. Otherwise they are found
+    /// only where a bound does not tell that the scene's own step is stable; else that bound is given for them. It may take as
+    /// long as the rest of the start.
+    pub find_largest_steps: bool,
     /// The GPU to run on; `None`: the CPU.
     #[cfg(feature = "gpu")]
     pub gpu: Option<GpuOptions>,

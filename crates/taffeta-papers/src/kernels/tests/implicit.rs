@@ -115,7 +115,7 @@ fn a_chain_moves_as_by_the_engine_in_the_printed_form() {
     // As many constraints as links, and fewer than ways to move: both solve the system to the end.
     let mut scene = printed(Scene::new("chain").body(chain).time(0.01, 0.01), 20);
     scene.solver.ice.tolerance = 1e-9;
-    let exact = Options { precision: Precision::F64, threads: Some(1), gpu: None };
+    let exact = Options { precision: Precision::F64, threads: Some(1), ..Options::default() };
     let mut engine = Simulation::new(&scene, &exact).unwrap();
     let start = positions(&engine);
     run(&mut engine, 20);

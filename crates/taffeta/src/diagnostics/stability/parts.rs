@@ -1,6 +1,7 @@
 //! What of a body sets its largest step.
 
-use super::{Axis, Modes, Pull, ROOM, ROOM_IN_AIR, SAFETY, System, Worst, step_within};
+use super::mode::{Goal, Mode, Pull, rates};
+use super::{Axis, Modes, ROOM, ROOM_IN_AIR, SAFETY, System, Worst, step_within};
 use crate::assembly::Assembly;
 use crate::diagnostics::culprit::{Culprit, Given, Part, Source, given};
 use crate::real::{dot, scale, sub};
@@ -69,6 +70,7 @@ impl System {
             root_inverse_mass: self.root_inverse_mass.clone(),
             drag: if part.source == Source::Drag { self.drag } else { 0.0 },
             patch: self.patch,
+            ..Self::default()
         };
         only.set_to_zero(Part { is_damping: !part.is_damping, ..part });
         only
@@ -118,9 +120,8 @@ impl System {
 
     /// The step [s] at which a state comes to `room`.
     fn step_of(&self, mode: &[[f64; 3]], room: f64) -> f64 {
-        let (_, kappa, delta) = self.apply(mode, 1.0, Pull::AnyWay);
-        let size: f64 = mode.iter().map(|&x| dot(x, x)).sum();
-        step_within(room, (kappa / size, delta / size))
+        let all = self.multiplied(mode.iter().copied(), Pull::AnyWay);
+        step_within(room, rates(&all))
     }
 
     /// What a part adds to h²κ + 2hδ of a state, times its size.
@@ -153,7 +154,7 @@ impl System {
 
     /// The largest h²κ + 2hδ of a step [s].
     fn largest_rate(&self, h: f64) -> f64 {
-        let (kappa, delta) = self.worst_mode(&mut self.any_state(), h, Pull::AnyWay);
+        let Mode { kappa, delta, .. } = self.worst(Pull::AnyWay, Goal::Rate(h));
         h * h * kappa + 2.0 * h * delta
     }
 }

@@ -14,7 +14,7 @@ use crate::elements::bending::build::{Edge, Matrix, cholesky};
 use crate::elements::bending::curvature::{Across, Curvature, Side, folds};
 use crate::elements::bending::system::{self, End, NO_END, NONE, Rows, System, each};
 use crate::elements::fabric::Laid;
-use crate::real::{cross, dot, norm, scale};
+use crate::real::{cross, dot, eigen, norm, scale};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// What the moments c weigh: many times as cheap as X, without which it has to do more.
@@ -386,26 +386,10 @@ fn is_above(x: &Matrix, least: f64) -> bool {
     a[0] > 0.0 && a[0] * b[1] - a[1] * b[0] > 0.0 && dot(a, cross(b, c)) > 0.0
 }
 
-/// The same matrix with its eigenvalues raised to `least`, by Jacobi's rotations.
-fn raised(mut x: Matrix, least: f64) -> Matrix {
-    let mut vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(8) {
-        if x[p][q] == 0.0 {
-            continue;
-        }
-        let ratio = (x[q][q] - x[p][p]) / (2.0 * x[p][q]);
-        let tangent = ratio.signum() / (ratio.abs() + (ratio * ratio + 1.0).sqrt());
-        let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
-        let turn = |[a, b]: [f64; 2]| [cosine * a - cosine * tangent * b, cosine * tangent * a + cosine * b];
-        for row in &mut x {
-            [row[p], row[q]] = turn([row[p], row[q]]);
-        }
-        for k in 0..3 {
-            [x[p][k], x[q][k]] = turn([x[p][k], x[q][k]]);
-            [vectors[p][k], vectors[q][k]] = turn([vectors[p][k], vectors[q][k]]);
-        }
-    }
-    let values = [0, 1, 2].map(|k| x[k][k].max(least));
+/// The same matrix with its eigenvalues raised to `least`.
+fn raised(x: Matrix, least: f64) -> Matrix {
+    let (values, vectors) = eigen(x);
+    let values = values.map(|value| value.max(least));
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| values[k] * vectors[k][i] * vectors[k][j]).sum()))
 }
 

@@ -90,7 +90,8 @@ pub fn build(scene: &Scene) -> Simulation {
 }
 
 pub fn build_as(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
-    let options = Options { threads: Some(threads), precision, ..Options::default() };
+    let options =
+        Options { threads: Some(threads), precision, find_largest_steps: true, ..Options::default() };
     Simulation::new(scene, &options).unwrap_or_else(|error| panic!("{}: {error}", scene.title))
 }
 
