@@ -15,7 +15,7 @@ mod start;
 mod volume;
 
 use crate::console;
-use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
+use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision, too_many};
 use clap::ValueEnum;
 use clap::builder::TypedValueParser as _;
 use form::Form;
@@ -24,7 +24,7 @@ use measure::Bench;
 use std::path::PathBuf;
 use taffeta::scene::VolumeForm;
 use taffeta::{GpuKernels, GpuOptions};
-use taffeta_io::program::Failure;
+use taffeta_io::program::{Failure, complain};
 
 /// Measure the engine's speed
 #[derive(clap::Args)]
@@ -106,6 +106,9 @@ enum What {
 /// Runs one bench and prints its lines.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse()?;
+    if let Some(note) = too_many(args.threads) {
+        complain(&format!("note: {note}"));
+    }
     let bench = args.bench()?;
     crate::memory::check(&bench.scene)?;
     match args.what {

@@ -16,7 +16,7 @@ use crate::console::{self, grouped};
 use crate::memory;
 use crate::summary::{SolverSummary, Summary};
 pub use args::{Args, Arithmetic, Backend};
-pub use choice::Work;
+pub use choice::{Work, at_once, too_many};
 pub use device::{Device, refuse_precision};
 use format::Poses;
 use job::{Ending, Job, stop_on_ctrl_c};
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut device = Device::new(args, &plan, &loaded.scene)?;
     let simulation = device.build(args, &plan, &loaded)?;
     let stop = stop_on_ctrl_c()?;
-    args.say(&opening(&loaded, &simulation, &device, &plan))?;
+    args.say(&opening(args, &loaded, &simulation, &device, &plan))?;
 
     let mut job = Job::new(&plan, simulation, &loaded.scene)?;
     let ending = job.run(args.quiet, &stop);
@@ -134,7 +134,7 @@ fn quoted(word: &str) -> String {
 }
 
 /// What is run, and what is to be known about it.
-fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Plan) -> String {
+fn opening(args: &Args, loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Plan) -> String {
     let mut lines = vec![match loaded.scene.title.as_str() {
         "" => "untitled scene".to_owned(),
         title => title.to_owned(),
@@ -148,7 +148,9 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
         lines.push(format!("  collider {}: {}", collider.name, collider.shape));
         lines.extend(collider.repairs.iter().map(|repair| format!("    {}", console::repaired(repair))));
     }
-    lines.extend(loaded.notes.iter().chain(&device.notes()).map(|note| format!("note: {note}")));
+    let notes = device.notes().into_iter().chain(too_many(args.threads));
+    let notes: Vec<String> = loaded.notes.iter().cloned().chain(notes).collect();
+    lines.extend(notes.into_iter().map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));
     lines.extend(console::warnings(simulation).chain(disk).map(|warning| format!("warning: {warning}")));
     lines.extend(plan.going_on(simulation));

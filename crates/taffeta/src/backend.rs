@@ -3,6 +3,8 @@
 use crate::advice::Warning;
 use crate::assembly::Assembly;
 use crate::report::FrameSums;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The user's input for one frame: moved pins and forces.
 #[derive(Clone, Debug, Default)]
@@ -142,6 +144,12 @@ pub struct Lost(pub String);
 pub trait Backend: Send + Sync {
     /// Runs the frame that starts at time `start` [s]. It may still be running when this returns.
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost>;
+    /// Has frames end early once `stop` is true, where the backend can.
+    fn stop_on(&mut self, _stop: Option<Arc<AtomicBool>>) {}
+    /// Whether the last frame ended early.
+    fn was_stopped(&self) -> bool {
+        false
+    }
     /// Measures the state as it is.
     fn measure(&mut self) -> Result<(), Lost>;
     /// The sums of the last frame, or measurement.

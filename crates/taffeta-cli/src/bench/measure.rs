@@ -7,7 +7,7 @@ use super::line::{Line, Shares, Solved, Spread};
 use crate::console;
 use crate::gpu::{self, Copied};
 use crate::limits;
-use crate::run::{Arithmetic, median, rate};
+use crate::run::{Arithmetic, at_once, median, rate};
 use std::time::Instant;
 use taffeta::scene::{Method, Scene};
 use taffeta::{GpuOptions, Options, Simulation};
@@ -88,7 +88,7 @@ struct Times {
 /// Runs a bench: a warm-up, then the timed frames.
 pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line, Failure> {
     let options = Options {
-        threads: args.threads.map(usize::from),
+        threads: at_once(args.threads),
         precision: args.precision.precision(),
         gpu: gpu.cloned(),
         ..Options::default()

@@ -3,7 +3,7 @@
 use super::Args;
 use super::line::Spread;
 use crate::console;
-use crate::run::{Backend, median};
+use crate::run::{Backend, at_once, median};
 use serde::Serialize;
 use std::time::Instant;
 use taffeta::scene::{Body, Icosphere, Mass, Mesh, Scene, Select};
@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// A scene that is ready, and how long that took [ms].
 fn build(scene: &Scene, args: &Args, find_largest_steps: bool) -> Result<(Simulation, f64), Failure> {
     let options = Options {
-        threads: args.threads.map(usize::from),
+        threads: at_once(args.threads),
         precision: args.precision.precision(),
         find_largest_steps,
         ..Options::default()

@@ -40,13 +40,30 @@ pub struct Verdict {
     pub why: String,
 }
 
+/// Threads that the machine runs at once.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Worker threads where the user asks for a number: no more than run at once, as more would only wait for each other.
+pub fn at_once(asked: Option<u16>) -> Option<usize> {
+    asked.map(|asked| usize::from(asked).min(cores()))
+}
+
+/// What to say where the user asks for more.
+pub fn too_many(asked: Option<u16>) -> Option<String> {
+    let (asked, cores) = (asked.map(usize::from)?, cores());
+    (asked > cores)
+        .then(|| format!("--threads {asked}: this machine runs {cores} at once, so {cores} will work"))
+}
+
 impl Work {
     /// What `scene` asks for; `threads` where the user says.
     pub fn of(scene: &Scene, threads: Option<u16>, precision: Precision) -> Self {
         let nodes = scene.bodies.iter().fold(0_u64, |sum, body| sum.saturating_add(body.mesh.nodes()));
-        let all = std::thread::available_parallelism().map_or(1, usize::from);
+        let all = cores();
         let useful = || all.min(usize::try_from(nodes / NODES_A_THREAD).unwrap_or(all)).max(1);
-        let threads = threads.map_or_else(useful, usize::from);
+        let threads = at_once(threads).unwrap_or_else(useful);
         Self { nodes, substeps: scene.time.substeps(), threads, precision }
     }
 
@@ -128,6 +145,18 @@ mod tests {
     /// Part of a processor: 20 µs a sub-step, 64 bytes a node at 40 GB/s.
     fn slow() -> Result<GpuCost, String> {
         Ok(GpuCost { seconds_per_substep: 2e-5, seconds_per_node: 64.0 / 40e9 })
+    }
+
+    #[test]
+    fn no_more_threads_work_than_run_at_once() {
+        let cores = cores();
+        assert_eq!(
+            (at_once(None), at_once(Some(1)), at_once(Some(1024))),
+            (None, Some(1), Some(cores.min(1024)))
+        );
+        assert_eq!((too_many(None), too_many(Some(1))), (None, None));
+        let said = too_many(Some(u16::MAX)).unwrap();
+        assert!(said.contains(&format!("65535: this machine runs {cores} at once")), "{said}");
     }
 
     fn unused() -> Result<GpuCost, String> {

@@ -111,7 +111,7 @@ impl Device {
     /// The scene on this device. Where the program has chosen a GPU, and the scene does not fit it, on the CPU.
     pub fn build(&mut self, args: &Args, plan: &Plan, loaded: &Loaded) -> Result<Simulation, Failure> {
         let options = |gpu| Options {
-            threads: args.threads.map(usize::from),
+            threads: choice::at_once(args.threads),
             precision: plan.precision,
             find_largest_steps: true,
             gpu,

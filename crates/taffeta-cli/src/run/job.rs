@@ -18,6 +18,9 @@ use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
 
+/// How long a frame may take [ms] that is not stopped on its way.
+const SHORT: f64 = 20.0;
+
 /// Part of their thickness to which surfaces are squeezed before they are pressed through each other.
 const THIN: f64 = 0.1;
 /// Frames between two looks at them, which take long.
@@ -32,6 +35,8 @@ pub struct Job<'a> {
     memory: Watch,
     /// The frame from which on surfaces that are squeezed thin are looked at; none where nothing is to be said of them.
     next_look: Option<u32>,
+    /// Time of the last frame [ms].
+    last: f64,
     /// Frame of the last checkpoint.
     pub saved: Option<u32>,
 }
@@ -60,6 +65,7 @@ impl From<io::Error> for Ending {
 impl From<StepError> for Ending {
     fn from(error: StepError) -> Self {
         match error {
+            StepError::Stopped { .. } => Self::Interrupted,
             StepError::Diverged(_) => Self::Diverged(error),
             _ => Self::Lost(error),
         }
@@ -105,11 +111,11 @@ impl<'a> Job<'a> {
         let memory = Watch::new(scene, &simulation);
         let next_look =
             (plan.verify.is_none() && scene.bodies.iter().any(Body::has_surface_contact)).then_some(0);
-        Ok(Self { plan, simulation, outputs, tally, memory, next_look, saved })
+        Ok(Self { plan, simulation, outputs, tally, memory, next_look, last: f64::INFINITY, saved })
     }
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
-    pub fn run(&mut self, quiet: bool, stop: &AtomicBool) -> Ending {
+    pub fn run(&mut self, quiet: bool, stop: &Arc<AtomicBool>) -> Ending {
         let (Ok(ending) | Err(ending)) = self.frames(quiet, stop);
         match (&ending, self.plan.every) {
             (Ending::Failed(_), _) => self.outputs.go_back(),
@@ -123,7 +129,7 @@ impl<'a> Job<'a> {
         ending
     }
 
-    fn frames(&mut self, quiet: bool, stop: &AtomicBool) -> Result<Ending, Ending> {
+    fn frames(&mut self, quiet: bool, stop: &Arc<AtomicBool>) -> Result<Ending, Ending> {
         let progress = Progress::new(self.simulation.frame(), self.plan.end, quiet);
         if self.outputs.frames() == 0 {
             self.simulation.fetch()?;
@@ -133,18 +139,19 @@ impl<'a> Job<'a> {
             if stop.load(Ordering::Relaxed) {
                 return Ok(Ending::Interrupted);
             }
-            progress.frame(self.frame()?);
+            progress.frame(self.frame(stop)?);
         }
         Ok(Ending::Done)
     }
 
     /// One frame, and a checkpoint where it is time for one; the frame's time [ms].
-    fn frame(&mut self) -> Result<f64, Ending> {
+    fn frame(&mut self, stop: &Arc<AtomicBool>) -> Result<f64, Ending> {
         let start = Instant::now();
-        self.simulation.step()?;
+        self.step(stop)?;
         // A device that is lost now must not be seen in the files.
         self.simulation.fetch()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
+        self.last = ms;
         self.tally.add(self.simulation.report(), ms);
         self.keep(ms)?;
         if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
@@ -159,6 +166,20 @@ impl<'a> Job<'a> {
             _ => {}
         }
         Ok(ms)
+    }
+
+    /// One frame, unless the user wants to stop while it takes long: then the state is that before it.
+    fn step(&mut self, stop: &Arc<AtomicBool>) -> Result<(), Ending> {
+        if self.last < SHORT || self.simulation.backend() != "cpu" {
+            self.simulation.step()?;
+            return Ok(());
+        }
+        let before = self.simulation.snapshot();
+        let stepped = self.simulation.step_unless(stop).map(|_| ());
+        if matches!(stepped, Err(StepError::Stopped { .. })) {
+            self.simulation.restore(&before).map_err(|why| Ending::Failed(io::Error::other(why)))?;
+        }
+        Ok(stepped?)
     }
 
     /// Puts the frame, which took `ms` [ms], into the files.
@@ -232,7 +253,7 @@ pub fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
         if seen.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        complain("stopping after this frame; once more to stop at once, without a checkpoint");
+        complain("stopping; once more to stop at once, without a checkpoint");
     };
     ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(stop)

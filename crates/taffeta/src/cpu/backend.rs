@@ -20,7 +20,8 @@ use crate::step::{self, Marks, Parts};
 use crate::topology::LANES;
 use std::ops::Range;
 use std::rc::Rc;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Cache lines between the starts of the arrays that a kernel walks through together: twelve of them share the 64
@@ -124,6 +125,9 @@ impl<T: Real> CpuBackend<T> {
     fn run(&mut self, substeps: &[Substep<T>]) {
         let start = Instant::now();
         self.work_on_frame(substeps);
+        if self.team.was_stopped() {
+            return;
+        }
         let seconds = start.elapsed().as_secs_f64();
         self.current = (self.current + substeps.len()) % 2;
         self.sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
@@ -228,6 +232,14 @@ impl<T: Real> Backend for CpuBackend<T> {
         let substeps = plan::frame(&self.assembly, start, self.parameters);
         self.run(&substeps);
         Ok(())
+    }
+
+    fn stop_on(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.team.stop_on(stop);
+    }
+
+    fn was_stopped(&self) -> bool {
+        self.team.was_stopped()
     }
 
     fn measure(&mut self) -> Result<(), Lost> {

@@ -3,7 +3,7 @@
 //! A sub-step of a small cloth lasts tens of microseconds. Starting tasks for it would take longer.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Worker threads, which wait between frames.
@@ -40,7 +40,18 @@ impl Team {
 
     /// Has so many workers from now on, at least one and at most as many as there are threads.
     pub fn set_workers(&mut self, workers: usize) {
-        self.barrier = Barrier::new(workers.clamp(1, self.threads));
+        let stop = self.barrier.stop.take();
+        self.barrier = Barrier { stop, ..Barrier::new(workers.clamp(1, self.threads)) };
+    }
+
+    /// Has work that is run from now on end early once `stop` is true.
+    pub fn stop_on(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.barrier.stop = stop;
+    }
+
+    /// Whether the last work was to end early.
+    pub fn was_stopped(&self) -> bool {
+        self.barrier.is_stopped()
     }
 
     /// Runs `work(worker, barrier)` on every worker at once and waits for all.
@@ -87,6 +98,12 @@ pub struct Barrier {
     arrived: AtomicUsize,
     generation: AtomicUsize,
     broken: AtomicBool,
+    /// Whether the user wants the work to end early.
+    stop: Option<Arc<AtomicBool>>,
+    /// Whether a worker has left something out for that.
+    gave_up: AtomicBool,
+    /// Whether that was so at the last barrier: all workers see the same between two of them.
+    stopped: AtomicBool,
     /// How many sleep, or are about to.
     sleepers: AtomicUsize,
     bed: Mutex<()>,
@@ -105,6 +122,9 @@ impl Barrier {
             arrived: AtomicUsize::new(0),
             generation: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
+            stop: None,
+            gave_up: AtomicBool::new(false),
+            stopped: AtomicBool::new(false),
             sleepers: AtomicUsize::new(0),
             bed: Mutex::new(()),
             bell: Condvar::new(),
@@ -112,10 +132,12 @@ impl Barrier {
         }
     }
 
-    /// Resets it after a panic, when no worker waits.
+    /// Resets it after a panic or an early end, when no worker waits.
     fn mend(&self) {
         self.arrived.store(0, Ordering::Relaxed);
         self.broken.store(false, Ordering::Relaxed);
+        self.gave_up.store(false, Ordering::Relaxed);
+        self.stopped.store(false, Ordering::Relaxed);
         self.sleepers.store(0, Ordering::Relaxed);
     }
 
@@ -129,10 +151,12 @@ impl Barrier {
     /// Waits for all workers. What a worker wrote before it is visible to all of them after it.
     pub fn wait(&self) {
         if self.workers == 1 {
+            self.look();
             return;
         }
         let generation = self.generation.load(Ordering::Acquire);
         if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.workers {
+            self.look();
             self.arrived.store(0, Ordering::Relaxed);
             self.generation.store(generation.wrapping_add(1), Ordering::SeqCst);
             self.wake();
@@ -154,6 +178,28 @@ impl Barrier {
         }
         self.sleep(generation);
         self.note_wait(start);
+    }
+
+    /// Whether the work is to end: the same for all workers from one barrier to the next.
+    pub fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Whether this worker may leave out what is left until the next barrier, because the work is to end there.
+    pub fn gives_up(&self) -> bool {
+        let gives_up = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        if gives_up {
+            // Even if the user thinks better of it.
+            self.gave_up.store(true, Ordering::Relaxed);
+        }
+        gives_up
+    }
+
+    /// Looks whether the work is to end, before others go on.
+    fn look(&self) {
+        if self.gives_up() || self.gave_up.load(Ordering::Relaxed) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
     }
 
     #[cold]

@@ -84,9 +84,12 @@ pub struct Worker<'a, T> {
 }
 
 impl<'a, T: Real> Worker<'a, T> {
-    /// Runs a frame.
+    /// Runs a frame. Where the team is stopped on the way, what is left of it is not done.
     pub fn frame(&mut self, program: &Program, substeps: &'a [Substep<T>], at_rest: &'a Substep<T>) {
         for substep in substeps {
+            if self.is_stopped() {
+                return;
+            }
             self.substep = substep;
             for feature in self.features.iter() {
                 feature.begin(self);
@@ -107,7 +110,7 @@ impl<'a, T: Real> Worker<'a, T> {
 
     fn blocks(&mut self, blocks: &[Block]) -> Flow {
         for block in blocks {
-            if self.block(block) == Flow::Done {
+            if self.is_stopped() || self.block(block) == Flow::Done {
                 return Flow::Done;
             }
         }
@@ -230,6 +233,16 @@ impl<'a, T: Real> Worker<'a, T> {
     /// The same where work is uneven. The waiting times show which workers have too little to do.
     pub fn synchronise_uneven(&mut self) {
         self.waited += self.barrier.wait_timed();
+    }
+
+    /// Whether the frame is to end early: the same for all workers from one barrier to the next.
+    pub fn is_stopped(&self) -> bool {
+        self.barrier.is_stopped()
+    }
+
+    /// Whether it may leave out what is left until the next barrier: the frame ends there, and what it has found is given up.
+    pub fn gives_up(&self) -> bool {
+        self.barrier.gives_up()
     }
 
     /// An even part of `count` things.

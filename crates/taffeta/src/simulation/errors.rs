@@ -114,6 +114,12 @@ pub enum StepError {
     /// The scene cannot go on.
     #[error(transparent)]
     Diverged(#[from] Diverged),
+    /// The frame was stopped on its way ([`crate::Simulation::step_unless`]).
+    #[error("frame {frame} was stopped on its way; a snapshot from before it would do to go on")]
+    Stopped {
+        /// The frame; the one before it was good.
+        frame: u32,
+    },
     /// The device that computes does not answer any more.
     #[error("frame {frame}: {why}")]
     Lost {
@@ -132,7 +138,7 @@ impl StepError {
     pub fn advice(&self) -> &[Advice] {
         match self {
             Self::Diverged(diverged) => &diverged.advice,
-            Self::Lost { .. } | Self::Input(_) => &[],
+            Self::Stopped { .. } | Self::Lost { .. } | Self::Input(_) => &[],
         }
     }
 }

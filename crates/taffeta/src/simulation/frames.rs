@@ -10,11 +10,18 @@ impl Simulation {
     /// repeated: with contact between triangles, and in implicit steps of many iterations.
     ///
     /// # Errors
-    /// A GPU may be lost.
+    /// A GPU may be lost. After [`StepError::Stopped`] no frame runs before [`Self::restore`].
     pub fn submit(&mut self, frames: u32) -> Result<(), StepError> {
         for before in self.frame()..self.frame() + frames {
+            if self.is_between_frames {
+                return Err(StepError::Stopped { frame: before + 1 });
+            }
             let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
             let driven = self.start_frame(before).map_err(lost)?;
+            if self.backend.was_stopped() {
+                self.is_between_frames = true;
+                return Err(StepError::Stopped { frame: before + 1 });
+            }
             self.submitted = (self.submitted.0 + 1, self.submitted.1 | driven);
         }
         Ok(())

@@ -1,6 +1,6 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
-use crate::backend::{ContactForce, SolverState};
+use crate::backend::{ContactForce, FrameInput, SolverState};
 use crate::report::FrameReport;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
@@ -207,6 +207,12 @@ impl Simulation {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
         let order = self.user_order();
         self.fits(snapshot, &order).map_err(InputError::Snapshot)?;
+        // What was asked for before belongs to frames that are given up. A device that is lost says so in the next one.
+        if std::mem::take(&mut self.submitted).0 > 0 {
+            let _ = self.backend.sums();
+        }
+        self.input = FrameInput::default();
+        self.is_between_frames = false;
         for &user in &snapshot.held {
             let node = order[user as usize];
             if self.backend.is_free(node) {

@@ -32,6 +32,7 @@ mod split;
 mod stability;
 mod start;
 mod statics;
+mod stopping;
 mod strain;
 mod surfaces;
 mod surfaces_sewn;

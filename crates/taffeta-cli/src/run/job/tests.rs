@@ -4,6 +4,7 @@ use super::*;
 use crate::run::{Args, close};
 use clap::Parser;
 use std::path::Path;
+use std::sync::Arc;
 use taffeta::Options;
 use taffeta::taffeta_gpu::Gpu;
 use taffeta_io::Loaded;
@@ -77,7 +78,7 @@ fn whole(desk: &Desk, words: &str) {
     let args = desk.args(words);
     let (loaded, plan) = prepared(&args);
     let mut job = job(&plan, &loaded, crate::gpu::open().unwrap());
-    let ending = job.run(true, &AtomicBool::new(false));
+    let ending = job.run(true, &Arc::new(AtomicBool::new(false)));
     close(&args, &loaded, job, ending).unwrap();
 }
 
@@ -94,10 +95,10 @@ fn a_lost_gpu_leaves_the_good_frames_and_a_checkpoint_from_which_another_goes_on
     let mut lost = job(&plan, &loaded, gpu.clone());
     let first = Plan { end: 3, ..prepared(&args).1 };
     lost.plan = &first;
-    assert!(matches!(lost.frames(true, &AtomicBool::new(false)), Ok(Ending::Done)));
+    assert!(matches!(lost.frames(true, &Arc::new(AtomicBool::new(false))), Ok(Ending::Done)));
     lost.plan = &plan;
     gpu.lose();
-    let ending = lost.run(true, &AtomicBool::new(false));
+    let ending = lost.run(true, &Arc::new(AtomicBool::new(false)));
     assert!(matches!(ending, Ending::Lost(_)));
     let said = close(&args, &loaded, lost, ending).unwrap_err().to_string();
     assert!(said.starts_with("error: frame 4: the GPU was lost: "), "{said}");
@@ -134,7 +135,7 @@ fn memory_that_is_full_ends_a_run_with_a_checkpoint() {
     let simulation = Simulation::new(&loaded.scene, &Options::default()).unwrap();
     let mut job = Job::new(&plan, simulation, &loaded.scene).unwrap();
     job.memory = Watch { foreseen: 0, expected: 0, before: 0, free: || 0 };
-    let ending = job.run(true, &AtomicBool::new(false));
+    let ending = job.run(true, &Arc::new(AtomicBool::new(false)));
     let said = close(&args, &loaded, job, ending).unwrap_err().to_string();
     assert!(said.contains(" of memory and 0 bytes are free: "), "{said}");
     assert!(said.contains("\nframes 0 to 1 are in "), "{said}");
@@ -150,7 +151,7 @@ fn a_gpu_lost_before_the_first_frame_leaves_no_frame() {
     let gpu = crate::gpu::open().unwrap();
     let mut job = job(&plan, &loaded, gpu.clone());
     gpu.lose();
-    let ending = job.run(true, &AtomicBool::new(false));
+    let ending = job.run(true, &Arc::new(AtomicBool::new(false)));
     let said = close(&args, &loaded, job, ending).unwrap_err().to_string();
     assert!(said.contains("\nno frame is in "), "{said}");
     assert_eq!(desk.summary()["files"], serde_json::json!(["positions.npy", "frames.csv"]));

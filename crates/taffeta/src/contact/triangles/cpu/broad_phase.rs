@@ -78,6 +78,11 @@ pub struct Looked {
     pub others: f64,
 }
 
+impl Looked {
+    /// Nothing is known: they must be looked at again.
+    pub const AGAIN: Self = Self { nearest: 0.0, others: 0.0 };
+}
+
 /// What a worker knows of pairs of its leaves, and of those with later ones.
 pub struct Pairs<T> {
     pub search: Margin,

@@ -26,7 +26,7 @@ impl<T: Real> TriangleContact<T> {
         }
         let parts = parts_of(most, self.surfaces.thinnest);
         let longest = longest_push(most, parts);
-        for part in 0..parts {
+        for part in (0..parts).take_while(|_| !worker.is_stopped()) {
             let ends = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();

@@ -109,7 +109,7 @@ impl<T: Real> TriangleContact<T> {
             let scratch = self.scratch(worker);
             // SAFETY: written before a barrier, and again after another.
             let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
-            if !any {
+            if !any || worker.is_stopped() {
                 return jam > 0;
             }
             scratch.stamp += 1;
@@ -169,6 +169,9 @@ impl<T: Real> TriangleContact<T> {
         self.leaves.cover(worker.index, pairs, surfaces, (level, most), || worker.synchronise());
         let mut any = false;
         self.leaves.each_marked(pairs, surfaces, (level, most), is_marked, |pair| {
+            if worker.gives_up() {
+                return;
+            }
             // Ways may have changed by the allowance since they were bounded.
             let way = self.leaves.longest_way(pair.leaves) + self.leaves.allowance;
             let reach = T::from_f64(reach_of(way));

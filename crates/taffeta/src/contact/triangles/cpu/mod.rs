@@ -78,6 +78,8 @@ pub struct TriangleContact<T> {
     /// before the next frame, too: nodes have been put elsewhere.
     is_tangled: bool,
     is_stale: bool,
+    /// Whether all that is known of pairs was forgotten since the last frame.
+    is_forgotten: bool,
 }
 
 /// What a worker has found in a sub-step.
@@ -219,6 +221,7 @@ impl<T: Real> TriangleContact<T> {
             tangle: None,
             is_tangled: surfaces.start_tangled,
             is_stale: false,
+            is_forgotten: false,
             surfaces,
         };
         all.share(&context.nodes.tiles, context.chunks);
@@ -320,6 +323,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
+        self.is_forgotten = false;
         if std::mem::take(&mut self.is_stale) {
             self.set_corners(assembly, start);
             if self.is_tangled {
@@ -346,8 +350,11 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn forget(&mut self, _: usize) {
-        self.leaves.forget();
-        self.scratch.iter_mut().for_each(|scratch| scratch.pairs.forget());
+        // Once is enough where all nodes are set.
+        if !std::mem::replace(&mut self.is_forgotten, true) {
+            self.leaves.forget();
+            self.scratch.iter_mut().for_each(|scratch| scratch.pairs.forget());
+        }
     }
 
     fn relocate(&mut self) {

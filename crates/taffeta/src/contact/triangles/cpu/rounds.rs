@@ -121,6 +121,9 @@ impl<T: Real> TriangleContact<T> {
         close.iter_mut().for_each(Vec::clear);
         let mut carried = carried.iter().peekable();
         self.leaves.each_due(pairs, surfaces, level, |pair, wanted| {
+            if worker.gives_up() {
+                return Looked::AGAIN;
+            }
             let look = self.look_at(pair, level);
             let looked = look.renew(pair, wanted, (before, surfaces.mean_edge), memory);
             let mut nearest = looked.others;

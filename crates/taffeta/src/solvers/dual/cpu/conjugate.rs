@@ -158,7 +158,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 }
             });
             self.worker.synchronise();
-            if self.update_state() {
+            if self.update_state() || self.worker.is_stopped() {
                 break;
             }
             self.each(rows, Self::advance);

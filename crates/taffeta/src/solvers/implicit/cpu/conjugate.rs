@@ -237,7 +237,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     pub fn iterate(&mut self) {
-        while self.scratch.bodies.iter().any(|body| !body.done) {
+        while !self.worker.is_stopped() && self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
             self.average_points(&self.shared.levels[0].t);
             self.take_back(0, &self.shared.levels[0].t);

@@ -29,7 +29,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             self.each(0, Self::set_up);
             self.worker.synchronise();
             self.add_contacts(step == 1);
-            if step > least && self.is_enough() {
+            if step > least && self.is_enough() || self.worker.is_stopped() {
                 break;
             }
             self.step(step == 1);
