@@ -270,7 +270,8 @@ impl Bench<'_> {
         let path = self.folder.join("scenes").join(file);
         let loaded = load_scene(&path, &[]).map_err(|error| error.to_string())?;
         let precision = if variant.solver.is_double { Precision::F64 } else { Precision::F32 };
-        let mut options = Options { threads: Some(1), precision, ..Options::default() };
+        let mut options =
+            Options { threads: Some(1), precision, find_largest_steps: true, ..Options::default() };
         if variant.solver.on_gpu {
             let gpu = self.gpu.ok_or("there is no GPU to run it on")?;
             options.gpu = Some(GpuOptions::from(gpu.clone()));
