@@ -2,12 +2,11 @@
 //!
 //! Linearised: M ẍ = −K x − D ẋ, where a spring gives K = k n nᵀ, D = d n nᵀ along its direction n, and other elements the same
 //! along the directions of their modes (a hinge along ∇θ). A mode with κ = uᵀM^-½KM^-½u and δ = uᵀM^-½DM^-½u is stable while
-//! h²κ + 2hδ < 4; the worst mode is found by
-//! a search (mode.rs). For a flat grid with equal springs of all three kinds it gives
+//! h²κ + 2hδ < 4; the worst mode is found by a search (mode.rs). For a flat grid with equal springs of all three kinds it gives
 //! k h² + 2 d h < 4 m/10.125.
 //!
 //! That holds at rest. Folded or slack springs may pull in any direction, but no stiffer than k: with k I in place of
-//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Other elements are taken as stiff as
+//! k n nᵀ the same search bounds every state (16.3 in place of 10.125, without damping). Other elements are taken as stiff as
 //! they can become.
 
 use crate::assembly::Assembly;
