@@ -148,7 +148,8 @@ fn opening(args: &Args, loaded: &Loaded, simulation: &Simulation, device: &Devic
         lines.push(format!("  collider {}: {}", collider.name, collider.shape));
         lines.extend(collider.repairs.iter().map(|repair| format!("    {}", console::repaired(repair))));
     }
-    let notes = device.notes().into_iter().chain(too_many(args.threads));
+    let on_cpu = device.gpu.is_none();
+    let notes = device.notes().into_iter().chain(on_cpu.then(|| too_many(args.threads)).flatten());
     let notes: Vec<String> = loaded.notes.iter().cloned().chain(notes).collect();
     lines.extend(notes.into_iter().map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));

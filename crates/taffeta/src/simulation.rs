@@ -197,8 +197,8 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions and velocities are then some of within the frame, and
-    /// no further frame runs before [`Self::restore`].
+    /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions, velocities and snapshots mean nothing then, and no
+    /// further frame runs before [`Self::restore`].
     pub fn step_unless(&mut self, stop: &Arc<AtomicBool>) -> Result<&FrameReport, StepError> {
         self.backend.stop_on(Some(Arc::clone(stop)));
         let submitted = self.submit(1);

@@ -18,8 +18,8 @@ use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
 
-/// How long a frame may take [ms] that is not stopped on its way.
-const SHORT: f64 = 20.0;
+/// How long a frame may take [ms] that is not stopped on its way: others need the state before them.
+const SHORT: f64 = 40.0;
 
 /// Part of their thickness to which surfaces are squeezed before they are pressed through each other.
 const THIN: f64 = 0.1;
@@ -146,11 +146,7 @@ impl<'a> Job<'a> {
 
     /// One frame, and a checkpoint where it is time for one; the frame's time [ms].
     fn frame(&mut self, stop: &Arc<AtomicBool>) -> Result<f64, Ending> {
-        let start = Instant::now();
-        self.step(stop)?;
-        // A device that is lost now must not be seen in the files.
-        self.simulation.fetch()?;
-        let ms = start.elapsed().as_secs_f64() * 1e3;
+        let ms = self.step(stop)?;
         self.last = ms;
         self.tally.add(self.simulation.report(), ms);
         self.keep(ms)?;
@@ -168,14 +164,18 @@ impl<'a> Job<'a> {
         Ok(ms)
     }
 
-    /// One frame, unless the user wants to stop while it takes long: then the state is that before it.
-    fn step(&mut self, stop: &Arc<AtomicBool>) -> Result<(), Ending> {
-        if self.last < SHORT || self.simulation.backend() != "cpu" {
+    /// One frame, unless the user wants to stop while it takes long: then the state is that before it. The frame's time [ms].
+    fn step(&mut self, stop: &Arc<AtomicBool>) -> Result<f64, Ending> {
+        let is_long = self.last >= SHORT && self.simulation.backend() == "cpu";
+        let before = is_long.then(|| self.simulation.snapshot());
+        let start = Instant::now();
+        let Some(before) = before else {
             self.simulation.step()?;
-            return Ok(());
-        }
-        let before = self.simulation.snapshot();
-        let stepped = self.simulation.step_unless(stop).map(|_| ());
+            // A device that is lost now must not be seen in the files.
+            self.simulation.fetch()?;
+            return Ok(start.elapsed().as_secs_f64() * 1e3);
+        };
+        let stepped = self.simulation.step_unless(stop).map(|_| start.elapsed().as_secs_f64() * 1e3);
         if matches!(stepped, Err(StepError::Stopped { .. })) {
             self.simulation.restore(&before).map_err(|why| Ending::Failed(io::Error::other(why)))?;
         }

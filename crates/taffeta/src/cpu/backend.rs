@@ -126,6 +126,8 @@ impl<T: Real> CpuBackend<T> {
         let start = Instant::now();
         self.work_on_frame(substeps);
         if self.team.was_stopped() {
+            // Nobody is to learn from it.
+            self.team.waited();
             return;
         }
         let seconds = start.elapsed().as_secs_f64();

@@ -24,8 +24,8 @@ pub struct StepLimit {
     pub folded: f64,
     /// The same in any air flow, if air acts on the body.
     pub in_air: Option<f64>,
-    /// Name of the body that sets the step at rest, and of that which sets the others.
-    pub bodies: [String; 2],
+    /// Name of the body that sets the step at rest.
+    pub stiffest: String,
     /// What sets it there, if anything does.
     pub culprit: Option<Culprit>,
     /// The method of springs, and so which elements are explicit.
@@ -70,7 +70,7 @@ impl StepLimit {
             at_rest: largest.at_rest,
             folded: largest.folded,
             in_air: air,
-            bodies: [largest.stiffest, largest.body].map(|body| assembly.bodies[body].name.clone()),
+            stiffest: assembly.bodies[largest.stiffest].name.clone(),
             culprit: worst.and_then(|worst| worst.culprit(assembly, (step, air.is_some()))),
             method,
             elements: limiting.map(|list| list.kind.name).collect(),
@@ -91,7 +91,7 @@ impl StepLimit {
 
     /// A warning if the step is too long for what is explicit at rest, or may be when cloth folds.
     fn explicit(&self) -> Option<Warning> {
-        let Self { step, at_rest, folded, bodies: [stiffest, body], .. } = self;
+        let Self { step, at_rest, folded, stiffest, .. } = self;
         let springs = "folded or slack springs".to_owned();
         let (which, then, loose) = match self.method {
             Method::Springs => (String::new(), "this run will blow up", springs),
@@ -113,7 +113,7 @@ impl StepLimit {
             )))
         } else if step > folded {
             Some(self.remedy().after(format!(
-                "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{body}`), but {loose} \
+                "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{stiffest}`), but {loose} \
                  can need steps down to {folded:.3e} s{}{}",
                 self.words_on_air(),
                 self.words_on_culprit()
@@ -364,7 +364,7 @@ mod tests {
             at_rest: 0.005,
             folded: 0.0039,
             in_air: None,
-            bodies: ["flag", "flag"].map(str::to_owned),
+            stiffest: "flag".to_owned(),
             method,
             elements: vec!["hinges"],
             primal: false,

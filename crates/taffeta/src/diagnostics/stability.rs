@@ -38,6 +38,9 @@ const GRID_KINDS: [SpringKind; 6] = {
 /// The search comes to the largest step from above.
 const SAFETY: f64 = 0.995;
 
+/// How far directions of springs may differ that are the same but for roundings.
+const SAME: f64 = 1e-9;
+
 /// A spring as it pulls on its ends along a fixed direction.
 #[derive(Clone, Copy)]
 struct Axis {
@@ -85,9 +88,9 @@ pub struct LargestSteps {
     pub stiffest: usize,
     /// However springs are folded.
     pub folded: f64,
-    /// The same in any flow of air that acts on the body.
+    /// The same in any flow of air that acts on bodies.
     pub in_air: f64,
-    /// The body that sets both.
+    /// The body that sets it.
     pub body: usize,
 }
 
@@ -138,8 +141,9 @@ pub fn largest_steps(assembly: &Assembly, explicit: Explicit, enough: f64) -> (L
         if found.at_rest < steps.at_rest {
             (steps.at_rest, steps.stiffest) = (found.at_rest, body);
         }
-        if found.folded < steps.folded {
-            (steps.folded, steps.in_air, steps.body) = (found.folded, found.in_air, body);
+        steps.folded = steps.folded.min(found.folded);
+        if found.in_air < steps.in_air {
+            (steps.in_air, steps.body) = (found.in_air, body);
             worst = mode.map(|mode| Worst { body, system: Rc::clone(&system), mode });
         }
         last = Some(system);
@@ -170,7 +174,7 @@ impl System {
         system.drag = assembly.world.drag;
         system.is_blown_on = !assembly.elements_of(aero::NAME, index).is_empty();
         if explicit != Explicit::Springs {
-            system.springs = Vec::new();
+            (system.springs, system.shared) = (Vec::new(), Vec::new());
         }
         system
     }
@@ -357,9 +361,11 @@ impl System {
         }
         let [room, in_air] = self.rooms();
         let rates = rates.iter().zip(w).map(|(rates, w)| rates.map(|rate| rate * w * w));
-        rates.fold([f64::INFINITY; 2], |[still, blown_on], rates| {
+        let steps = rates.fold([f64::INFINITY; 2], |[still, blown_on], rates| {
             [still.min(step_within(room, rates)), blown_on.min(step_within(in_air, rates))]
-        })
+        });
+        // One on the limit does not calm down.
+        steps.map(|step| SAFETY * step)
     }
 
     /// The largest steps [s] of a body that has this system, and the mode that sets them however springs are folded. If they are
@@ -374,7 +380,9 @@ impl System {
 
     /// Whether it has the same steps as another, however springs are folded.
     fn is_like(&self, other: &Self) -> bool {
-        let alike = |(a, b): (&Axis, &Axis)| (a.nodes, a.k, a.d) == (b.nodes, b.k, b.d);
+        let alike = |(a, b): (&Axis, &Axis)| {
+            (a.nodes, a.k, a.d) == (b.nodes, b.k, b.d) && norm(sub(a.along, b.along)) < SAME
+        };
         self.springs.len() == other.springs.len()
             && self.is_blown_on == other.is_blown_on
             && self.root_inverse_mass == other.root_inverse_mass
@@ -429,13 +437,7 @@ fn add_to(node: &mut [f64; 9], strain: [f64; 3], [k, d]: [f64; 2]) {
 
 /// The step [s] at which h²κ + 2hδ comes to `room`; infinite if neither is there.
 fn step_within(room: f64, [kappa, delta]: [f64; 2]) -> f64 {
-    if kappa > 0.0 {
-        ((delta * delta + room * kappa).sqrt() - delta) / kappa
-    } else if delta > 0.0 {
-        room / (2.0 * delta)
-    } else {
-        f64::INFINITY
-    }
+    room / (delta + (delta * delta + room * kappa).sqrt())
 }
 
 #[cfg(test)]

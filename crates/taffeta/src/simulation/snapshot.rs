@@ -200,7 +200,8 @@ impl Simulation {
         snapshot
     }
 
-    /// Takes up where a simulation of the same scene was. A snapshot in another precision is converted.
+    /// Takes up where a simulation of the same scene was. A snapshot in another precision is converted. Pins and forces that were asked
+    /// for, and frames that were submitted and not polled, are given up.
     ///
     /// # Errors
     /// Where the snapshot is not one of a scene with as many nodes and constraints; nothing is changed then.

@@ -69,8 +69,9 @@ impl System {
             elements: elements.cloned().collect(),
             root_inverse_mass: self.root_inverse_mass.clone(),
             drag: if part.source == Source::Drag { self.drag } else { 0.0 },
+            is_blown_on: self.is_blown_on,
             patch: self.patch,
-            ..Self::default()
+            shared: Vec::new(),
         };
         only.set_to_zero(Part { is_damping: !part.is_damping, ..part });
         only

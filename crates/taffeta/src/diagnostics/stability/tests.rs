@@ -62,7 +62,7 @@ fn is_stable(system: &System, pull: Pull, h: f64) -> bool {
             let (above, below) = m.split_at_mut(i);
             below[0].iter_mut().zip(&above[j]).for_each(|(x, y)| *x -= by * y);
         }
-        if m[i][i] <= 0.0 {
+        if !m[i][i].is_finite() || m[i][i] <= 0.0 {
             return false;
         }
     }
@@ -95,7 +95,7 @@ fn of_body(body: Body) -> System {
 }
 
 #[test]
-fn the_sure_step_of_cloths_and_balls_is_stable_and_a_tenth_shorter_at_most() {
+fn the_sure_step_of_cloths_and_balls_is_stable_and_an_eighth_shorter_at_most() {
     let grid = |d| {
         let body = Body::cloth("grid", Mesh::grid(7, 6, [0.5, 0.6])).with_mass(Mass::Node(0.01));
         body.structural(100.0, d).shear(70.0, d).bend(30.0, 0.0)
@@ -115,6 +115,30 @@ fn the_sure_step_of_cloths_and_balls_is_stable_and_a_tenth_shorter_at_most() {
         let name = body.name.clone();
         let system = of_body(body);
         let ([sure, _], ([h, _], _)) = (system.sure_steps(), system.largest_step(Pull::AnyWay));
-        assert!(is_stable(&system, Pull::AnyWay, sure) && sure > 0.88 * h, "{name}: {sure} s of {h} s");
+        assert!(is_stable(&system, Pull::AnyWay, sure) && sure > 0.87 * h, "{name}: {sure} s of {h} s");
     }
+}
+
+#[test]
+fn springs_that_are_constraints_lend_nothing_to_the_sure_step_of_elements() {
+    let grid = Body::cloth("grid", Mesh::grid(7, 6, [0.5, 0.6])).with_mass(Mass::Node(0.01));
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 1 });
+    for body in [grid.shear(1e4, 10.0), Body::cloth("ball", ball).with_mass(Mass::Whole(1.0))] {
+        let body = body.structural(1e4, 10.0).hinge(0.1, 1e-3);
+        let assembly = Assembly::new(&Scene::new("").body(body)).unwrap();
+        let system = System::new(&assembly, 0, Explicit::Elements);
+        let ([sure, _], ([h, _], _)) = (system.sure_steps(), system.largest_step(Pull::AnyWay));
+        assert!(is_stable(&system, Pull::AnyWay, sure) && sure > 0.3 * h, "{sure} s of {h} s");
+    }
+}
+
+#[test]
+fn grids_that_differ_in_their_directions_are_not_alike() {
+    let grid = |size| {
+        let body = Body::cloth("grid", Mesh::grid(7, 6, size)).with_mass(Mass::Node(0.01));
+        body.structural(100.0, 0.0).shear(70.0, 0.0)
+    };
+    let first = of_body(grid([0.5, 0.6]));
+    assert!(first.is_like(&of_body(grid([0.5, 0.6]).at([3.3, 0.7, 0.1]))));
+    assert!(!first.is_like(&of_body(grid([0.5, 2.4]))));
 }

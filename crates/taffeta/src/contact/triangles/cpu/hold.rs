@@ -109,8 +109,11 @@ impl<T: Real> TriangleContact<T> {
             let scratch = self.scratch(worker);
             // SAFETY: written before a barrier, and again after another.
             let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
-            if !any || worker.is_stopped() {
+            if !any {
                 return jam > 0;
+            }
+            if worker.is_stopped() {
+                return true;
             }
             scratch.stamp += 1;
             let held = self.mark_held(worker, jam == 0, scratch.stamp);

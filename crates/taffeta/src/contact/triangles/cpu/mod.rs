@@ -390,7 +390,10 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         self.forget(0);
         (self.is_tangled, self.is_stale) = (state.is_tangled, true);
         self.tangle = None;
+        // A frame that was stopped may have held nodes back, and have counted.
+        self.parts.iter_mut().for_each(|part| *part.get_mut() = 1_f64.to_bits());
         for scratch in self.scratch.iter_mut() {
+            scratch.pairs.search.searches = 0;
             scratch.carried.clear();
             scratch.contacts.clear();
         }

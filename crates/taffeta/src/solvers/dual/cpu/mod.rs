@@ -269,6 +269,8 @@ impl<T: Real> Feature<T> for Dual<T> {
     }
 
     fn load(&mut self, state: &SolverState) {
+        // A frame that was stopped has left its own.
+        self.scratch.iter_mut().for_each(|scratch| scratch.report = SolverReport::default());
         for (multiplier, &from) in self.work.multiplier.get_mut().iter_mut().zip(&state.warm_start) {
             *multiplier = T::from_f64(from);
         }

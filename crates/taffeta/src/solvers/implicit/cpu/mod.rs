@@ -342,6 +342,8 @@ impl<T: Real> Feature<T> for Implicit<T> {
     }
 
     fn load(&mut self, state: &SolverState) {
+        // A frame that was stopped has left its own.
+        self.scratch.iter_mut().for_each(|scratch| scratch.report = SolverReport::default());
         let asked = self.ice.warm_start || self.surfaces;
         let kept = asked.then_some(&mut self.work.change).into_iter();
         let all = kept.chain(self.work.history.as_mut().map(|history| &mut history.rate));
