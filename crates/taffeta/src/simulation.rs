@@ -49,8 +49,7 @@ use glam::DVec3;
 use handles::SimulationId;
 use input::finite;
 use std::hash::Hasher;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// A scene that runs.
 ///
@@ -167,43 +166,6 @@ impl Simulation {
     /// As [`Self::step`]; only the last frame is looked at, so the error says by which frame it was.
     pub fn advance(&mut self, frames: u32) -> Result<&FrameReport, StepError> {
         self.submit(frames)?;
-        self.poll()
-    }
-
-    /// Runs one frame, unless `stop` becomes true on the way: then it ends as soon as possible, for a program that wants to react while
-    /// frames take long. On the CPU that is within a stage of a sub-step or an iteration of a solver, mostly some milliseconds; frames
-    /// on a GPU are not stopped.
-    ///
-    /// ```
-    /// # use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
-    /// # use taffeta::{Options, Simulation};
-    /// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
-    /// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05).pin(Select::nodes([0])));
-    /// # let mut simulation = Simulation::new(&scene, &Options::default())?;
-    /// use std::sync::Arc;
-    /// use std::sync::atomic::{AtomicBool, Ordering};
-    /// use taffeta::StepError;
-    ///
-    /// // Another thread sets it when the user presses a key.
-    /// let stop = Arc::new(AtomicBool::new(false));
-    /// simulation.step_unless(&stop)?;
-    /// let before = simulation.snapshot();
-    /// stop.store(true, Ordering::Relaxed);
-    /// let stopped = simulation.step_unless(&stop);
-    /// assert!(matches!(stopped, Err(StepError::Stopped { frame: 2 })));
-    /// simulation.restore(&before)?;
-    /// assert_eq!(simulation.step()?.frame, 2);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions, velocities and snapshots mean nothing then, and no
-    /// further frame runs before [`Self::restore`].
-    pub fn step_unless(&mut self, stop: &Arc<AtomicBool>) -> Result<&FrameReport, StepError> {
-        self.backend.stop_on(Some(Arc::clone(stop)));
-        let submitted = self.submit(1);
-        self.backend.stop_on(None);
-        submitted?;
         self.poll()
     }
 

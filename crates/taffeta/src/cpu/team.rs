@@ -270,6 +270,36 @@ mod tests {
         }
     }
 
+    #[test]
+    fn all_workers_stop_at_the_same_barrier_even_if_the_wish_is_taken_back() {
+        for threads in [1, 2, 3] {
+            for gives_up in [false, true] {
+                let mut team = Team::new(threads);
+                let stop = Arc::new(AtomicBool::new(false));
+                team.stop_on(Some(Arc::clone(&stop)));
+                team.run(|worker, barrier| {
+                    let mut rounds = 0;
+                    while !barrier.is_stopped() && rounds < 100 {
+                        rounds += 1;
+                        if worker == 0 && rounds == 7 {
+                            stop.store(true, Ordering::Relaxed);
+                            if gives_up {
+                                assert!(barrier.gives_up());
+                                stop.store(false, Ordering::Relaxed);
+                            }
+                        }
+                        barrier.wait();
+                    }
+                    assert_eq!(rounds, 7, "{threads} threads");
+                });
+                assert!(team.was_stopped());
+                team.stop_on(None);
+                team.run(|_, barrier| barrier.wait());
+                assert!(!team.was_stopped());
+            }
+        }
+    }
+
     /// Keeps a core for longer than others wait awake.
     fn be_late() {
         let start = Instant::now();

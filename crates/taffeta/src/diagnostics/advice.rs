@@ -40,15 +40,6 @@ pub struct StepLimit {
     pub max_tension: Option<Tension>,
 }
 
-/// What of a scene takes explicit steps.
-fn explicit_of(assembly: &Assembly) -> Explicit {
-    match assembly.solver.method {
-        Method::Ice if assembly.solver.is_primal() => Explicit::Rest,
-        Method::Ice => Explicit::Elements,
-        Method::Springs | Method::Acad => Explicit::Springs,
-    }
-}
-
 impl StepLimit {
     /// Measures a scene: in any case (`always`), or only as far as needed to tell whether its step is stable.
     pub fn new(assembly: &Assembly, always: bool) -> Self {
@@ -56,7 +47,11 @@ impl StepLimit {
         // Constraints of the method "acad" have no compliance of the material.
         let compliant = method == Method::Ice && assembly.solver.ice.form == ConstraintForm::Compliant;
         let (primal, step) = (assembly.solver.is_primal(), assembly.time.longest_step());
-        let explicit = explicit_of(assembly);
+        let explicit = match method {
+            Method::Ice if primal => Explicit::Rest,
+            Method::Ice => Explicit::Elements,
+            Method::Springs | Method::Acad => Explicit::Springs,
+        };
         let measured = |enough| stability::largest_steps(assembly, explicit, enough);
         let enough = (!always).then(|| measured(step)).filter(|(steps, _)| steps.in_air >= step);
         let (largest, worst) = enough.unwrap_or_else(|| measured(f64::INFINITY));
