@@ -20,8 +20,10 @@ pub struct Summary {
     pub threads: usize,
     /// Frames done; outputs have one more, the start.
     pub frames: u32,
-    /// Sub-steps a frame.
+    /// Sub-steps a frame, as the scene has them.
     pub substeps: u32,
+    /// Most sub-steps of a frame: more than `substeps` where contact between triangles asked for shorter ones.
+    pub substeps_max: u32,
     /// Length of a frame [s].
     pub dt: f64,
     /// Largest stable step at rest [s]; null without springs.
@@ -36,7 +38,7 @@ pub struct Summary {
     pub triangles: usize,
     /// Median time of a frame [ms].
     pub wall_ms_per_frame: f64,
-    /// Nodes times sub-steps a second, from the median.
+    /// Nodes times the mean number of sub-steps of a frame a second, from the median.
     pub particle_substeps_per_s: f64,
     /// Total energy [J].
     pub energy: Energy,

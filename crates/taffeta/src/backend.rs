@@ -2,6 +2,7 @@
 
 use crate::advice::Warning;
 use crate::assembly::Assembly;
+use crate::plan::refinement::Refinement;
 use crate::report::FrameSums;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -30,6 +31,8 @@ pub struct SolverState {
     pub contacts: Vec<ContactForce>,
     /// Whether surfaces may pass through each other, and are to be untangled.
     pub is_tangled: bool,
+    /// How finely sub-steps are cut.
+    pub refinement: Refinement,
 }
 
 /// The force of a contact between surfaces.

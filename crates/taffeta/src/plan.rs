@@ -1,13 +1,16 @@
 //! The sub-steps of a frame, in the backend's numbers. What features tell a sub-step is among its extensions.
 
+pub mod refinement;
+
 use crate::assembly::Assembly;
 use crate::extensions::Extensions;
 use crate::real::Real;
 
 /// The parameters of a sub-step.
 pub struct Substep<T> {
-    /// Length [s].
+    /// Length, and that of the longest in its frame [s].
     pub h: T,
+    pub longest: T,
     /// Gravity [m/s²].
     pub gravity: [f64; 3],
     /// Force of the wind on each node [N].
@@ -30,6 +33,7 @@ impl<T: Real> Substep<T> {
     pub fn at_rest() -> Self {
         Self {
             h: T::ZERO,
+            longest: T::ZERO,
             gravity: [0.0; 3],
             wind_force: [0.0; 3],
             drag: 0.0,
@@ -40,12 +44,20 @@ impl<T: Real> Substep<T> {
     }
 }
 
-/// The sub-steps of the frame that starts at time `start` [s].
-pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>) -> Vec<Substep<T>> {
+/// The sub-steps of the frame that starts at time `start` [s], those of the scene cut into `parts` each.
+pub fn frame<T: Real>(
+    assembly: &Assembly,
+    start: f64,
+    parts: u32,
+    parameters: Parameters<T>,
+) -> Vec<Substep<T>> {
     let (time, world) = (&assembly.time, &assembly.world);
+    let share = 1.0 / f64::from(parts);
+    let longest = T::from_f64(share * time.longest_step());
     let substep = |(offset, h): (f64, f64)| {
         let mut substep = Substep {
             h: T::from_f64(h),
+            longest,
             gravity: world.gravity,
             wind_force: world.wind_force,
             drag: world.drag,
@@ -57,8 +69,9 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>
         substep
     };
     let first = if start == 0.0 { assembly.first_share() } else { None };
-    let spans = (0..time.substeps()).flat_map(|index| {
-        let (offset, h) = time.substep(index);
+    let spans = (0..time.substeps() * parts).flat_map(|index| {
+        let (offset, whole) = time.substep(index / parts);
+        let (offset, h) = (offset + share * f64::from(index % parts) * whole, share * whole);
         match first.filter(|_| index == 0) {
             Some(share) => vec![(offset, share * h), (offset + share * h, (1.0 - share) * h)],
             None => vec![(offset, h)],

@@ -192,15 +192,18 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, elements, strain, volumes, pairs, intersections, solver, broken, held } = sums;
+        let FrameSums { parts, all, elements, strain, volumes, pairs, intersections, solver, broken, held } =
+            sums;
         let strain = strain.map(|extremes| extremes.strain());
         let of_fabric = strain.map_or(0.0, |strain| 1.0 + strain.warp[1].max(strain.weft[1]));
         let max_stretch = all.max_stretch.max(of_fabric);
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
+        let substeps = parts * assembly.time.substeps();
         FrameReport {
             frame,
             time,
+            substeps,
             kinetic: 0.5 * all.m_v2,
             gravitational: -(0..3).map(|axis| gravity[axis] * all.m_x[axis]).sum::<f64>(),
             springs: all.springs,
@@ -218,7 +221,7 @@ impl Simulation {
             intersections,
             solver,
             broken,
-            reactions: assembly.reactions(time, &held),
+            reactions: assembly.reactions((time, substeps), &held),
         }
     }
 

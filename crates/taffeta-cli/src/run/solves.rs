@@ -44,8 +44,8 @@ impl Solves {
         }
     }
 
-    /// What to say of solutions that were not as good as was asked for.
-    pub fn warning(&self, scene: &Scene) -> Option<String> {
+    /// What to say of solutions, in so many sub-steps, that were not as good as was asked for.
+    pub fn warning(&self, scene: &Scene, substeps: u64) -> Option<String> {
         let (ice, acad) = (&scene.solver.ice, &scene.solver.acad);
         if self.capped == 0 {
             return None;
@@ -64,11 +64,7 @@ impl Solves {
             "the solver's residual was beyond the tolerance of {:?} in {} of {} sub-steps, up to {:.1e}, after up to {} \
              iterations; in [solver], a larger ice.max_iterations or ice.tolerance, {more}, or a smaller time.max_step \
              would do",
-            ice.tolerance,
-            self.capped,
-            u64::from(self.frames) * u64::from(scene.time.substeps()),
-            self.residual,
-            self.iterations
+            ice.tolerance, self.capped, substeps, self.residual, self.iterations
         ))
     }
 }
@@ -88,7 +84,7 @@ mod tests {
         let mut scene = Scene::new("").time(0.01, 0.002).method(Method::Ice);
         assert_eq!(solves.summary(), SolverSummary::default());
         solves.add(&frame(10, 1e-4, 0.25, 0));
-        assert_eq!(solves.warning(&scene), None);
+        assert_eq!(solves.warning(&scene, 10), None);
         solves.add(&frame(200, 0.03, 0.75, 2));
         let expected = SolverSummary {
             iterations: 200,
@@ -99,7 +95,7 @@ mod tests {
             capped: 2,
         };
         assert_eq!(solves.summary(), expected);
-        let said = solves.warning(&scene).unwrap();
+        let said = solves.warning(&scene, 10).unwrap();
         assert!(
             said.contains("tolerance of 0.001 in 2 of 10 sub-steps, up to 3.0e-2, after up to 200"),
             "{said}"
@@ -107,11 +103,11 @@ mod tests {
         assert!(said.contains("a larger ice.epsilon"), "{said}");
         scene.solver.method = Method::Acad;
         scene.solver.acad.form = ConstraintForm::Printed;
-        let said = solves.warning(&scene).unwrap();
+        let said = solves.warning(&scene, 10).unwrap();
         assert!(said.contains("acad.form = \"compliant\"") && !said.contains("epsilon"), "{said}");
         scene.solver.method = Method::Ice;
         scene.solver.ice.form = ConstraintForm::Primal;
-        let said = solves.warning(&scene).unwrap();
+        let said = solves.warning(&scene, 10).unwrap();
         assert!(said.contains("softer springs") && !said.contains("epsilon"), "{said}");
     }
 }

@@ -22,6 +22,8 @@ pub struct Tally {
     max_stretch: f64,
     strain: Option<FabricStrain>,
     contacts_max: u64,
+    substeps: u64,
+    substeps_max: u32,
     pairs: PairSummary,
     intersections: Option<IntersectionSummary>,
     solves: Solves,
@@ -39,6 +41,8 @@ impl Tally {
             max_stretch: 0.0,
             strain: None,
             contacts_max: 0,
+            substeps: 0,
+            substeps_max: 0,
             pairs: PairSummary::default(),
             intersections: None,
             solves: Solves::default(),
@@ -72,6 +76,8 @@ impl Tally {
             (all, now) => all.or(now),
         };
         self.contacts_max = self.contacts_max.max(report.contacts);
+        self.substeps += u64::from(report.substeps);
+        self.substeps_max = self.substeps_max.max(report.substeps);
         self.pairs.take(report);
     }
 
@@ -87,7 +93,7 @@ impl Tally {
         let (bodies, last) = (simulation.bodies(), simulation.report());
         let nodes = bodies.iter().map(|body| body.nodes).sum();
         let wall_ms_per_frame = median(&self.ms);
-        let substeps = scene.time.substeps();
+        let mean_substeps = self.substeps as f64 / self.ms.len().max(1) as f64;
         Summary {
             scene: args.scene.display().to_string(),
             status,
@@ -96,7 +102,8 @@ impl Tally {
             precision: simulation.precision().to_string(),
             threads: simulation.threads(),
             frames: simulation.frame(),
-            substeps,
+            substeps: scene.time.substeps(),
+            substeps_max: self.substeps_max,
             dt: scene.time.dt,
             largest_stable_step: Some(simulation.largest_stable_step()).filter(|step| step.is_finite()),
             nodes,
@@ -104,7 +111,7 @@ impl Tally {
             springs: bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum(),
             triangles: bodies.iter().map(|body| body.triangles).sum(),
             wall_ms_per_frame,
-            particle_substeps_per_s: rate(nodes as f64 * f64::from(substeps), wall_ms_per_frame),
+            particle_substeps_per_s: rate(nodes as f64 * mean_substeps, wall_ms_per_frame),
             energy: Energy { start: self.energy_start, end: last.energy(), max: self.energy_max },
             momentum: last.momentum,
             angular_momentum: last.angular_momentum,
@@ -124,7 +131,7 @@ impl Tally {
     /// What the user should know of the run that is over.
     pub fn warnings(&self, simulation: &Simulation, scene: &Scene) -> Vec<String> {
         let mut warnings = self.volumes.warnings(scene);
-        warnings.extend(self.solves.warning(scene));
+        warnings.extend(self.solves.warning(scene, self.substeps));
         warnings.extend(self.stretched(scene));
         warnings.extend(self.intersected(simulation));
         let slips = |body: &&taffeta::BodyInfo| {

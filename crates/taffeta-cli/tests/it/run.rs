@@ -69,9 +69,14 @@ fn the_summary_has_the_contract_s_fields_and_is_what_json_prints() {
     {
         assert_eq!(summary[key], value);
     }
-    for (key, value) in
-        [("frames", 12), ("substeps", 17), ("nodes", 162), ("vertices", 162), ("springs", 480)]
-    {
+    for (key, value) in [
+        ("frames", 12),
+        ("substeps", 17),
+        ("substeps_max", 17),
+        ("nodes", 162),
+        ("vertices", 162),
+        ("springs", 480),
+    ] {
         assert_eq!(summary[key], value, "{key}");
     }
     assert_eq!(summary["triangles"], 320);

@@ -13,6 +13,7 @@ use crate::cpu::team::Team;
 use crate::cpu::tile::{Fields, Nodes, Scratch};
 use crate::cpu::tiles::{self, TilePlan};
 use crate::cpu::worker::{Program, Worker};
+use crate::plan::refinement::Refinement;
 use crate::plan::{self, Parameters, Substep};
 use crate::real::Real;
 use crate::report::FrameSums;
@@ -50,6 +51,13 @@ impl<T> Context<'_, T> {
     }
 }
 
+/// What a frame starts from.
+struct Kept<T> {
+    columns: [Vec<T>; 6],
+    solvers: SolverState,
+    is_timed: bool,
+}
+
 /// The CPU backend in numbers of type `T`.
 pub struct CpuBackend<T> {
     /// Adds what features tell a sub-step.
@@ -72,6 +80,9 @@ pub struct CpuBackend<T> {
     balance: Balance,
     attendance: Attendance,
     sums: FrameSums,
+    refinement: Refinement,
+    /// How much of a node's way was taken at most in a sub-step of the last frame, relative to an edge.
+    taken: f64,
     /// Whether the next frame is timed by stages, and the times [s] of the last timed frame.
     is_timed: bool,
     times: Vec<(&'static str, f64)>,
@@ -116,9 +127,45 @@ impl<T: Real> CpuBackend<T> {
             current: 0,
             input: FrameInput::default(),
             sums: FrameSums::default(),
+            refinement: Refinement::default(),
+            taken: 0.0,
             is_timed: false,
             times: Vec::new(),
         })
+    }
+
+    /// Runs the frame that starts at time `start` [s], as finely as it was before.
+    fn run_frame(&mut self, start: f64) {
+        // SAFETY: no worker works between frames.
+        let state = self.states[self.current].each_ref().map(|column| unsafe { column.read() });
+        for feature in self.features.iter_mut() {
+            feature.prepare(&self.assembly, start, state);
+        }
+        let substeps = plan::frame(&self.assembly, start, self.refinement.parts, self.parameters);
+        self.run(&substeps);
+        self.sums.parts = self.refinement.parts;
+    }
+
+    /// The state of now, where a frame may be repeated.
+    fn keep(&mut self) -> Option<Kept<T>> {
+        let may_repeat = self.features.iter_mut().any(|feature| feature.taken().is_some());
+        may_repeat.then(|| Kept {
+            columns: std::array::from_fn(|axis| self.column(axis).to_vec()),
+            solvers: self.solver_state(),
+            is_timed: self.is_timed,
+        })
+    }
+
+    /// Puts a state back.
+    fn put_back(&mut self, kept: &Kept<T>) {
+        for (column, numbers) in self.states[self.current].iter_mut().zip(&kept.columns) {
+            column.get_mut().copy_from_slice(numbers);
+        }
+        for feature in self.features.iter_mut() {
+            (0..self.assembly.places).for_each(|node| feature.forget(node));
+            feature.load(&kept.solvers);
+        }
+        self.is_timed = kept.is_timed;
     }
 
     /// Runs sub-steps, and measures the state after them.
@@ -138,6 +185,8 @@ impl<T: Real> CpuBackend<T> {
         for feature in self.features.iter_mut() {
             feature.measure(state, substeps.len(), &mut self.sums);
         }
+        // Before there are other workers.
+        self.taken = self.features.iter_mut().filter_map(|feature| feature.taken()).fold(0.0, f64::max);
         let workers = self.attendance.after(seconds, substeps.len(), self.team.waited());
         if let Some(workers) = workers {
             self.set_workers(workers);
@@ -226,14 +275,28 @@ impl<T: Real> CpuBackend<T> {
 impl<T: Real> Backend for CpuBackend<T> {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         self.input = input;
-        // SAFETY: no worker works between frames.
-        let state = self.states[self.current].each_ref().map(|column| unsafe { column.read() });
-        for feature in self.features.iter_mut() {
-            feature.prepare(&self.assembly, start, state);
+        let Some(kept) = self.keep() else {
+            self.run_frame(start);
+            return Ok(());
+        };
+        loop {
+            self.run_frame(start);
+            if self.was_stopped() {
+                return Ok(());
+            }
+            let before = self.refinement.parts;
+            let is_repeated = self.refinement.note(self.taken);
+            if is_repeated {
+                self.put_back(&kept);
+            }
+            if self.refinement.parts != before {
+                let by = f64::from(before) / f64::from(self.refinement.parts);
+                self.features.iter_mut().for_each(|feature| feature.rescale(by));
+            }
+            if !is_repeated {
+                return Ok(());
+            }
         }
-        let substeps = plan::frame(&self.assembly, start, self.parameters);
-        self.run(&substeps);
-        Ok(())
     }
 
     fn stop_on(&mut self, stop: Option<Arc<AtomicBool>>) {
@@ -305,12 +368,13 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn solver_state(&self) -> SolverState {
-        let mut state = SolverState::default();
+        let mut state = SolverState { refinement: self.refinement, ..SolverState::default() };
         self.features.iter().for_each(|feature| feature.save(&mut state));
         state
     }
 
     fn set_solver_state(&mut self, from: &SolverState) {
+        self.refinement = from.refinement;
         self.features.iter_mut().for_each(|feature| feature.load(from));
     }
 

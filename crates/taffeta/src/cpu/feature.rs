@@ -59,6 +59,15 @@ pub trait Feature<T: Real>: Any + Send + Sync {
     /// Adds its measurements of the frame that ends with `state`, after so many sub-steps.
     fn measure(&mut self, _state: [&[T]; 6], _substeps: usize, _sums: &mut FrameSums) {}
 
+    /// How much of a node's way it has taken at most in a sub-step of the last frame, relative to an edge; none where it never takes
+    /// any. Frames in which that is much are repeated in shorter sub-steps.
+    fn taken(&mut self) -> Option<f64> {
+        None
+    }
+
+    /// Called where sub-steps are `by` times as long from now on as the last one was: a power of two.
+    fn rescale(&mut self, _by: f64) {}
+
     /// Called when a node has been set from outside, pinned or unpinned.
     fn forget(&mut self, _node: usize) {}
 

@@ -16,6 +16,7 @@ use crate::gpu::mirror::{Landing, Mirror};
 use crate::gpu::normals::AllNormals;
 use crate::gpu::options::GpuOptions;
 use crate::gpu::partition::Partition;
+use crate::plan::refinement::Refinement;
 use crate::plan::{self, Parameters};
 use crate::report::FrameSums;
 use crate::step::Stage;
@@ -59,6 +60,9 @@ pub struct GpuBackend {
     before: Vec<Option<Buffer<Four>>>,
     /// What the frame starts from in each partition, where it may be repeated.
     backups: Vec<Backup>,
+    /// How finely sub-steps are cut, and into how many parts those of the last frame were; 0 after a measurement.
+    refinement: Refinement,
+    parts: u32,
 }
 
 impl From<GpuError> for Lost {
@@ -105,6 +109,8 @@ impl GpuBackend {
             drawn: HashMap::new(),
             before,
             backups,
+            refinement: Refinement::default(),
+            parts: 0,
         };
         if options.from != Stage::default() {
             let features = backend.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
@@ -112,7 +118,7 @@ impl GpuBackend {
         }
         // What the driver refuses is known before the first frame.
         for start in backend.assembly.sewn_at().into_iter().chain([0.0]) {
-            let substeps = plan::frame(&backend.assembly, start, parameters);
+            let substeps = plan::frame(&backend.assembly, start, 1, parameters);
             let few = &substeps[..substeps.len().min(backend.at_once())];
             backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
             backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
@@ -179,13 +185,9 @@ impl GpuBackend {
         Ok(true)
     }
 
-    fn run(
-        &mut self,
-        start: Option<f64>,
-        substeps: &[plan::Substep<f32>],
-        input: &FrameInput,
-    ) -> Result<(), GpuError> {
-        self.run_to_its_end(start, substeps, input)?;
+    /// Runs the frame that starts at a time [s], or measures.
+    fn run(&mut self, start: Option<f64>, input: &FrameInput) -> Result<(), GpuError> {
+        self.run_to_its_end(start, input)?;
         self.see(None)
     }
 
@@ -200,12 +202,7 @@ impl GpuBackend {
         self.partitions.iter_mut().try_for_each(|partition| partition.see(&mut seen))
     }
 
-    fn run_to_its_end(
-        &mut self,
-        start: Option<f64>,
-        substeps: &[plan::Substep<f32>],
-        input: &FrameInput,
-    ) -> Result<(), GpuError> {
+    fn run_to_its_end(&mut self, start: Option<f64>, input: &FrameInput) -> Result<(), GpuError> {
         if start.is_some() {
             self.see(start)?;
         }
@@ -214,37 +211,54 @@ impl GpuBackend {
         let wanted = self.mirror.take().is_some();
         let may_repeat = |one: &Partition| one.features.iter().any(|feature| feature.may_repeat());
         if !self.partitions.iter().any(may_repeat) {
-            return self.run_once(substeps, input, wanted);
+            return self.run_once(start, input, wanted);
         }
         for (backup, partition) in self.backups.iter_mut().zip(&self.partitions) {
             backup.keep(&self.gpu, partition)?;
         }
         loop {
-            let times = self.times.clone();
-            self.run_once(substeps, input, wanted)?;
+            let (times, before) = (self.times.clone(), self.refinement.parts);
+            self.run_once(start, input, wanted)?;
             let mut is_short = false;
+            let mut taken = 0.0_f64;
             for feature in self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut()) {
                 is_short |= feature.is_short(&self.gpu)?;
+                taken = taken.max(feature.taken());
             }
-            if !is_short {
+            let is_repeated = is_short || start.is_some() && self.refinement.note(taken);
+            if is_repeated {
+                self.times = times;
+                for (partition, backup) in self.partitions.iter_mut().zip(&self.backups) {
+                    backup.restore(&self.gpu, partition)?;
+                }
+            }
+            if self.refinement.parts != before {
+                self.rescale(before as f32 / self.refinement.parts as f32)?;
+            }
+            if !is_repeated {
                 return Ok(());
             }
-            self.times = times;
             for (partition, backup) in self.partitions.iter_mut().zip(&mut self.backups) {
-                backup.restore(&self.gpu, partition)?;
-                partition.grow()?;
-                // Buffers may be others now.
+                if is_short {
+                    partition.grow()?;
+                }
+                // Buffers, or what is in them, may be others now.
                 backup.keep(&self.gpu, partition)?;
             }
         }
     }
 
-    fn run_once(
-        &mut self,
-        substeps: &[plan::Substep<f32>],
-        input: &FrameInput,
-        wanted: bool,
-    ) -> Result<(), GpuError> {
+    /// Sub-steps are `by` times as long from now on.
+    fn rescale(&mut self, by: f32) -> Result<(), GpuError> {
+        let mut features = self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
+        features.try_for_each(|feature| feature.rescale(&self.gpu, by))
+    }
+
+    fn run_once(&mut self, start: Option<f64>, input: &FrameInput, wanted: bool) -> Result<(), GpuError> {
+        self.parts = start.map_or(0, |_| self.refinement.parts);
+        let substeps = start.map_or(Vec::new(), |start| {
+            plan::frame(&self.assembly, start, self.refinement.parts, self.parameters)
+        });
         self.start_frame();
         let mut done = 0;
         let mut before = self.keep_positions();
@@ -390,16 +404,16 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        let substeps = plan::frame(&self.assembly, start, self.parameters);
-        Ok(self.run(Some(start), &substeps, &input)?)
+        Ok(self.run(Some(start), &input)?)
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
-        Ok(self.run(None, &[], &FrameInput::default())?)
+        Ok(self.run(None, &FrameInput::default())?)
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
-        let mut sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
+        let volumes = self.assembly.no_volumes();
+        let mut sums = FrameSums { parts: self.parts, volumes, ..FrameSums::default() };
         for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
             feature.measure(&self.gpu, &mut sums)?;
         }
@@ -478,7 +492,7 @@ impl Backend for GpuBackend {
     }
 
     fn solver_state(&self) -> SolverState {
-        let mut state = SolverState::default();
+        let mut state = SolverState { refinement: self.refinement, ..SolverState::default() };
         for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
             feature.save(&self.gpu, &mut state);
         }
@@ -486,6 +500,7 @@ impl Backend for GpuBackend {
     }
 
     fn set_solver_state(&mut self, from: &SolverState) {
+        self.refinement = from.refinement;
         self.partitions.iter_mut().for_each(|partition| partition.load(from));
     }
 

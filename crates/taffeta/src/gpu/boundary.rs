@@ -1,5 +1,5 @@
 //! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
-//! Every sub-step crosses over and back: slow, and right.
+//! Every sub-step crosses over and back: slow, and right. Sub-steps are those of the scene, never cut into parts.
 
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
@@ -68,7 +68,7 @@ impl Boundary {
 
 impl Backend for Boundary {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        let substeps = plan::frame(self.cpu.assembly(), start, self.cpu.parameters);
+        let substeps = plan::frame(self.cpu.assembly(), start, 1, self.cpu.parameters);
         self.gpu.start_frame();
         substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }
@@ -80,7 +80,7 @@ impl Backend for Boundary {
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
-        self.gpu.sums()
+        Ok(FrameSums { parts: 1, ..self.gpu.sums()? })
     }
 
     fn fetch(&mut self) -> Result<(), Lost> {

@@ -165,6 +165,17 @@ pub trait Feature: Any + Send + Sync {
         Ok(false)
     }
 
+    /// How much of a node's way it has taken at most in a sub-step of the last frame, relative to an edge. Frames in which that is much
+    /// are repeated in shorter sub-steps.
+    fn taken(&self) -> f64 {
+        0.0
+    }
+
+    /// Sub-steps are `by` times as long from now on as the last one was: a power of two.
+    fn rescale(&mut self, _gpu: &Gpu, _by: f32) -> Result<(), GpuError> {
+        Ok(())
+    }
+
     /// Has room for what that frame needed, as far as it came, and writes down more. The state is that before it.
     fn grow(&mut self, _gpu: &Gpu) -> Result<(), GpuError> {
         Ok(())

@@ -33,7 +33,8 @@ pub struct Substep {
     pub longest_push: f32,
     pub led_out: u32,
     pub bodies_apart: u32,
-    pub padding: [u32; 3],
+    pub longest_step: f32,
+    pub padding: [u32; 2],
 }
 
 /// `Solving` of substep.wgsl.

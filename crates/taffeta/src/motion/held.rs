@@ -79,13 +79,14 @@ impl Assembly {
         self.extensions.get_mut()
     }
 
-    /// The force with which each of those nodes is held in the last sub-step of a frame that ends at time `t` [s], from the other
-    /// forces on them [N]; none where there are none, as at the start.
-    pub fn node_reactions(&self, t: f64, forces: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    /// The force with which each of those nodes is held in the last sub-step of a frame that ends at time `t` [s] after so many
+    /// sub-steps, from the other forces on them [N]; none where there are none, as at the start.
+    pub fn node_reactions(&self, (t, substeps): (f64, u32), forces: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let Some(Held { nodes, groups }) = self.extensions.get::<Held>() else { return Vec::new() };
         let track = |group: &HeldGroup| group.track.and_then(|track| self.tracks().get(track));
+        let steps = last_two(&self.time, substeps);
         let accelerations: Vec<Option<Acceleration>> =
-            groups.iter().map(|group| Some(acceleration(track(group)?, &self.time, t))).collect();
+            groups.iter().map(|group| Some(acceleration(track(group)?, steps, t))).collect();
         let of = |(held, &force): (&HeldNode, &[f64; 3])| {
             let [x, y, z] = held.start;
             let field = |by: &Acceleration| by.map(|[a, b, c, s]| a * x + b * y + c * z + s);
@@ -96,11 +97,11 @@ impl Assembly {
     }
 
     /// The reaction of each pin: the sum over its nodes.
-    pub fn reactions(&self, t: f64, forces: &[[f64; 3]]) -> Vec<PinReaction> {
+    pub fn reactions(&self, frame: (f64, u32), forces: &[[f64; 3]]) -> Vec<PinReaction> {
         let Some(Held { nodes, groups }) = self.extensions.get::<Held>() else { return Vec::new() };
         let known = !nodes.is_empty() && forces.len() == nodes.len();
         let mut sums = vec![[0.0; 3]; groups.len()];
-        for (held, force) in nodes.iter().zip(self.node_reactions(t, forces)) {
+        for (held, force) in nodes.iter().zip(self.node_reactions(frame, forces)) {
             let sum = &mut sums[held.group as usize];
             *sum = add(*sum, force);
         }
@@ -125,11 +126,19 @@ impl Assembly {
 /// An affine field of accelerations by places before any motion, by rows [1/s²]; the last number of each in [m/s²].
 type Acceleration = [[f64; 4]; 3];
 
-/// The change of velocity over the last sub-step of a frame that ends at time `t` [s], by its length. Before the start all is
-/// at rest.
-fn acceleration(track: &Track, time: &Time, t: f64) -> Acceleration {
+/// Lengths of the last sub-step but one, and of the last, in a frame of so many [s].
+fn last_two(time: &Time, substeps: u32) -> [f64; 2] {
     let last = time.substeps() - 1;
-    let (h, before) = (time.substep(last).1, time.substep(last.saturating_sub(1)).1);
+    let parts = substeps / time.substeps();
+    if parts > 1 {
+        return [time.substep(last).1 / f64::from(parts); 2];
+    }
+    [last.saturating_sub(1), last].map(|index| time.substep(index).1)
+}
+
+/// The change of velocity over the last of two sub-steps of these lengths [s] that ends at time `t` [s], by its length. Before the
+/// start all is at rest.
+fn acceleration(track: &Track, [before, h]: [f64; 2], t: f64) -> Acceleration {
     let pose = |t: f64| {
         let pose = track.pose(t.max(0.0));
         [0, 1, 2].map(|i| {
@@ -172,10 +181,13 @@ mod tests {
             .map(|t| Keyframe::translate(t, [t * (t + h), 0.0, 0.0]))
             .collect();
         let track = Track::new(&keys);
-        for substeps in [1, 2, 4] {
-            let time = Scene::new("").time(h * f64::from(substeps), h).time;
-            for frame in 1..=8 / substeps {
-                let by = acceleration(&track, &time, time.dt * f64::from(frame));
+        // In sub-steps of the scene, and in parts of such.
+        for (substeps, parts) in [1, 2, 4].into_iter().flat_map(|count| [1, 2].map(|parts| (count, parts))) {
+            let step = f64::from(parts) * h;
+            let time = Scene::new("").time(step * f64::from(substeps), step).time;
+            for frame in 1..=8 / (substeps * parts) {
+                let steps = last_two(&time, substeps * parts);
+                let by = acceleration(&track, steps, time.dt * f64::from(frame));
                 assert!((by[0][3] - 2.0).abs() < 1e-12 && by[1] == [0.0; 4], "{by:?}");
             }
         }

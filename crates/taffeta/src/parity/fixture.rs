@@ -206,7 +206,7 @@ impl Fixture {
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
-        let substeps = plan::frame(&assembly, 0.0, features::parameters);
+        let substeps = plan::frame(&assembly, 0.0, 1, features::parameters);
         let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let [old, new] = states(chance, &tables, &cpu);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
@@ -396,7 +396,8 @@ impl Fixture {
             longest_push: corners[index].longest_push,
             led_out: NONE,
             bodies_apart: substep.met_colliders().apart().len() as u32,
-            padding: [0; 3],
+            longest_step: substep.longest,
+            padding: [0; 2],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

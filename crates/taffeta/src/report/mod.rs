@@ -29,6 +29,9 @@ pub struct FrameReport {
     pub frame: u32,
     /// Time [s].
     pub time: f64,
+    /// Sub-steps that the frame took: those of the scene, or 2, 4, 8 or 16 times as many where contact between triangles asked for it; 0
+    /// at the start.
+    pub substeps: u32,
     /// ½ Σ m v² [J].
     pub kinetic: f64,
     /// −Σ m g·x [J].

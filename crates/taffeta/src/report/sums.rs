@@ -29,6 +29,8 @@ pub struct StrainSums(pub [f64; 5]);
 /// What a backend measures at the end of a frame.
 #[derive(Clone, Debug, Default)]
 pub struct FrameSums {
+    /// Into how many parts each sub-step of the scene was cut; 0 where no frame was run.
+    pub parts: u32,
     /// Sums over all nodes and springs.
     pub all: StateSums,
     /// Energy of each kind of elements that the scene has.

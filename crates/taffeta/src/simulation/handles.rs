@@ -173,7 +173,7 @@ impl Simulation {
     /// Where the pin is one of another simulation.
     pub fn vertex_reactions(&self, pin: PinHandle) -> Result<Vec<(usize, DVec3)>, InputError> {
         let (body, assembly) = (self.index_of(pin.body())?, self.backend.assembly());
-        let forces = assembly.node_reactions(self.report.time, &self.held);
+        let forces = assembly.node_reactions((self.report.time, self.report.substeps), &self.held);
         let found = &assembly.bodies[body];
         let all = assembly.held_by(body, pin.index()).filter_map(|(node, index)| {
             Some((found.vertex_of_solver(node - found.first), DVec3::from(*forces.get(index)?)))

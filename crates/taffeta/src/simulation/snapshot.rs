@@ -1,6 +1,7 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
 use crate::backend::{ContactForce, FrameInput, SolverState};
+use crate::plan::refinement::{CALM_FRAMES, MOST_PARTS, Refinement};
 use crate::report::FrameReport;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
@@ -51,6 +52,8 @@ pub struct Snapshot {
     pub contacts: u64,
     /// Whether surfaces that pass through each other are being pulled apart.
     pub is_tangled: bool,
+    /// Into how many parts contact between triangles has each sub-step cut, and for how many frames it could have done with fewer.
+    pub refinement: [u32; 2],
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
     pub state: Vec<u8>,
@@ -86,19 +89,22 @@ impl Snapshot {
             self.constraints[pulls * self.precision.bytes()..].split_at(adaptive.div_ceil(8));
         let (there, contacts) = there.split_at(joints.div_ceil(8));
         let bit = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
+        let [parts, calm] = self.refinement;
         SolverState {
             warm_start: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
             active: (0..adaptive).map(|index| bit(active, index)).collect(),
             joints: (0..joints).map(|index| bit(there, index)).collect(),
             contacts: contacts.as_chunks().0.iter().map(contact).collect(),
             is_tangled: self.is_tangled,
+            refinement: Refinement { parts, calm },
         }
     }
 
     /// Stores the state of the solvers.
     fn note(&mut self, state: &SolverState) {
-        let SolverState { warm_start, active, joints, contacts, is_tangled } = state;
+        let SolverState { warm_start, active, joints, contacts, is_tangled, refinement } = state;
         self.is_tangled = *is_tangled;
+        self.refinement = [refinement.parts, refinement.calm];
         [self.pulls, self.adaptive, self.joints, self.contacts] =
             [warm_start.len(), active.len(), joints.len(), contacts.len()].map(|count| count as u64);
         let mut bytes =
@@ -193,6 +199,7 @@ impl Simulation {
             joints: 0,
             contacts: 0,
             is_tangled: false,
+            refinement: [1, 0],
             state,
             constraints: Vec::new(),
         };
@@ -281,8 +288,16 @@ impl Simulation {
         if let Some(index) = snapshot.precision.not_finite(&snapshot.constraints, warm_start.len()) {
             return Err(format!("its constraint {index} has a pull that is not finite"));
         }
+        let state = snapshot.solver_state();
+        if !state.refinement.is_possible() {
+            let Refinement { parts, calm } = state.refinement;
+            return Err(format!(
+                "it cuts sub-steps into {parts} parts since {calm} frames; a power of two up to {MOST_PARTS}, and less than \
+                 {CALM_FRAMES} frames, would do"
+            ));
+        }
         let not_finite = |one: &ContactForce| one.force.iter().any(|number| !number.is_finite());
-        match snapshot.solver_state().contacts.iter().position(not_finite) {
+        match state.contacts.iter().position(not_finite) {
             Some(index) => Err(format!("its contact {index} has a force that is not finite")),
             None => Ok(()),
         }

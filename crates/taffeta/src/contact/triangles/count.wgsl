@@ -172,6 +172,10 @@ fn count_filter_round() {
     set_counted(CHANGE_OF_WAY, 0u);
     set_counted(FARTHEST_PLACE, 0u);
     set_counted(PROGRESS, 0u);
+    if !another {
+        atomicMax(&surface_work[MOST_WAY_TAKEN], counted(WAY_TAKEN));
+    }
+    set_counted(WAY_TAKEN, 0u);
 }
 
 /// Another part of the motion of colliders begins; after the last one they are at rest.

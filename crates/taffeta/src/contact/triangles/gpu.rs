@@ -444,6 +444,7 @@ impl Feature for TriangleContact {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
             let CornersMoved { parts, longest_push, corners } = self.tables.corners_moved(substep);
             (record.corner_parts, record.longest_push) = (parts, longest_push);
+            record.longest_step = substep.longest;
             record.first_corner = if corners.is_empty() { NONE } else { all.len() as u32 };
             self.room.parts = self.room.parts.max(parts as usize);
             all.extend(corners);
@@ -458,7 +459,7 @@ impl Feature for TriangleContact {
     fn start_frame(&mut self, gpu: &Gpu) {
         self.substeps = 0;
         self.intersections = None;
-        self.lists.work.write(gpu, layout::SHORT, &[0; layout::MOST_PUSHES + 1 - layout::SHORT]);
+        self.lists.work.write(gpu, layout::SHORT, &[0; layout::MOST_WAY_TAKEN + 1 - layout::SHORT]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
@@ -534,6 +535,11 @@ impl Feature for TriangleContact {
             self.note_needed(gpu);
         }
         Ok(is_short)
+    }
+
+    fn taken(&self) -> f64 {
+        let squared = self.counted.get(layout::MOST_WAY_TAKEN).map_or(0.0, |&bits| f32::from_bits(bits));
+        f64::from(squared).sqrt() / self.tables.mean_edge
     }
 
     fn grow(&mut self, gpu: &Gpu) -> Result<(), GpuError> {

@@ -73,7 +73,6 @@ words! {
     PAIR_ROOM = 26;
     CONTACT_ROOM = 27;
     BUCKETS = 28;
-    LONGEST_STEP = 29;
     LONGEST_WAY = 30;
     SQUARED_WAY = 31;
     SQUARED_PROGRESS = 32;
@@ -152,6 +151,8 @@ words! {
     MOST_ROUNDS = 26;
     MOST_JAMS = 27;
     MOST_PUSHES = 28;
+    WAY_TAKEN = 29;
+    MOST_WAY_TAKEN = 30;
     LISTS = 32;
     STAMPS = 32;
     // Which pairs of leaves are listed.

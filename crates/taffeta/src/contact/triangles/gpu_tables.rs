@@ -65,8 +65,9 @@ pub struct SurfaceTables {
     places: usize,
     leaves: usize,
     vertices: usize,
-    /// The least thickness of two surfaces [m].
+    /// The least thickness of two surfaces, and the mean length of edges [m].
     thinnest: f64,
+    pub mean_edge: f64,
     /// Whether some surfaces start through each other.
     pub start_tangled: bool,
     /// Whether contacts are part of systems that are solved for by nodes.
@@ -96,6 +97,7 @@ impl SurfaceTables {
             leaves: surfaces.leaves.len(),
             vertices: surfaces.vertices.len(),
             thinnest: surfaces.thinnest,
+            mean_edge: surfaces.mean_edge,
             start_tangled: surfaces.start_tangled,
             is_solved: is_solved(bodies),
             leads_out: bodies.assembly.leads_out(),
@@ -103,7 +105,7 @@ impl SurfaceTables {
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),
         };
-        all.put_sizes(surfaces, bodies.assembly.time.longest_step());
+        all.put_sizes(surfaces);
         let local = |place: u32| match place as usize {
             place if place < surfaces.places => bodies.local(place),
             place => (place - surfaces.places + bodies.len()) as u32,
@@ -252,7 +254,7 @@ impl SurfaceTables {
         self.levels.iter().map(|[_, count]| count).sum()
     }
 
-    fn put_sizes(&mut self, surfaces: &Surfaces, longest: f64) {
+    fn put_sizes(&mut self, surfaces: &Surfaces) {
         let is_solved = self.is_solved;
         let buckets = self.buckets();
         let mut put = |word: usize, number: usize| self.words[word] = number as u32;
@@ -271,7 +273,6 @@ impl SurfaceTables {
         let allowance = ALLOWANCE * surfaces.mean_edge;
         let change = 0.5 * SHARE * allowance;
         let lengths = [
-            (layout::LONGEST_STEP, longest as f32),
             (layout::LONGEST_WAY, cap as f32),
             (layout::SQUARED_WAY, last_within(|squared| bound_of(squared.into()) > cap)),
             (

@@ -85,6 +85,7 @@ fn mark_held(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) 
 fn hold_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let place = node_of(id, lane);
     var progress = 0.0;
+    var taken = 0.0;
     if place < table(NODE_PLACES) && has_surface(place) {
         let in_rounds = counted(IN_ROUNDS) != 0u;
         let part = bitcast<f32>(counted(limit_at(place)));
@@ -96,6 +97,9 @@ fn hold_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) 
             let arrives = in_rounds && all(to == place_at(TARGET, place));
             let way = to - start;
             progress = select(dot3(way, way), 0.0, arrives);
+            let left = select(wanted, place_at(TARGET, place), in_rounds) - to;
+            // Who is held goes where its pin goes, however short the steps are.
+            taken = select(dot3(left, left), 0.0, arrives || new_position[place].w == 0.0);
             let velocity = select(
                 (to - place_at(AT_START, place)) / substeps[0].h, place_at(TARGET_VELOCITY, place), arrives,
             );
@@ -103,8 +107,9 @@ fn hold_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) 
             new_velocity[place] = vec4f(velocity, new_velocity[place].w);
         }
     }
-    let most = most_of_lanes(lane, vec3f(progress, 0.0, 0.0));
+    let most = most_of_lanes(lane, vec3f(progress, taken, 0.0));
     if lane == 0u {
         atomicMax(&surface_work[PROGRESS], bitcast<u32>(most.x));
+        atomicMax(&surface_work[WAY_TAKEN], bitcast<u32>(most.y));
     }
 }

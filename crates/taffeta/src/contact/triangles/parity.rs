@@ -389,6 +389,8 @@ fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
         layout::CHANGE_OF_WAY,
         layout::FARTHEST_PLACE,
         layout::PROGRESS,
+        layout::WAY_TAKEN,
+        layout::MOST_WAY_TAKEN,
     ];
     for word in lengths {
         let [wanted, found] = [wanted, found].map(|twin| [f32::from_bits(twin.work[word])]);
@@ -517,6 +519,15 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
                 (layout::WAY, 0.1_f32.to_bits()),
                 (layout::PROGRESS, 0.1_f32.to_bits()),
                 (layout::FILTER_ROUND, 2),
+                (layout::WAY_TAKEN, 0.2_f32.to_bits()),
+            ],
+        ),
+        (
+            layout::COUNT_FILTER_ROUND,
+            &[
+                (layout::IS_ACTIVE, 1),
+                (layout::WAY_TAKEN, 0.1_f32.to_bits()),
+                (layout::MOST_WAY_TAKEN, 0.05_f32.to_bits()),
             ],
         ),
     ];

@@ -93,6 +93,7 @@ impl Twin {
             position: fixture.new.position.clone(),
             velocity: fixture.new.velocity.clone(),
             h: fixture.substep().h,
+            longest: fixture.substep().longest,
             corners: tables.corners_moved(fixture.substep()),
             knots: Vec::new(),
             tables: tables.words,

@@ -157,7 +157,7 @@ fn note_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     }
     let one = surface_contacts[contact];
     let h = substeps[0].h;
-    let longest = length_of(LONGEST_STEP);
+    let longest = substeps[0].longest_step;
     // The quotient may be rounded: what is as long leaves nothing.
     let old = select(0.0, 1.0 - h / longest, h < longest);
     var force = one.force * old + (one.solved + one.impulse) * (1.0 / max(h, longest));

@@ -51,10 +51,9 @@ const HAS_SURFACE_AT: u32 = 25u;
 const PAIR_ROOM: u32 = 26u;
 const CONTACT_ROOM: u32 = 27u;
 const BUCKETS: u32 = 28u;
-// Lengths and times, as bits: the longest sub-step [s]; the longest way of a round of the filter [m], and the largest squared way
+// Lengths, as bits: the longest way of a round of the filter [m], and the largest squared way
 // that is not longer [m²]; squared ways below which a node makes no progress, and from which on pairs are listed again [m²]; how
 // much nearer pairs may come by impulses, the largest thickness, the longest edge [m].
-const LONGEST_STEP: u32 = 29u;
 const LONGEST_WAY: u32 = 30u;
 const SQUARED_WAY: u32 = 31u;
 const SQUARED_PROGRESS: u32 = 32u;
@@ -142,6 +141,10 @@ const MOST_IMPULSES: u32 = 25u;
 const MOST_ROUNDS: u32 = 26u;
 const MOST_JAMS: u32 = 27u;
 const MOST_PUSHES: u32 = 28u;
+/// The longest way that the filter has taken of a node, squared [m²], as bits: after the last round; and at most in a sub-step of the
+/// frame.
+const WAY_TAKEN: u32 = 29u;
+const MOST_WAY_TAKEN: u32 = 30u;
 /// Lists of numbers begin here.
 const LISTS: u32 = 32u;
 

@@ -27,8 +27,9 @@ pub struct Twin {
     /// Position and inverse mass, velocity and mass, after the sub-step.
     pub position: Vec<Four>,
     pub velocity: Vec<Four>,
-    /// The sub-step [s].
+    /// The sub-step, and the longest of its frame [s].
     pub h: f32,
+    pub longest: f32,
     /// Where corners of colliders go in it.
     pub corners: CornersMoved,
 }
@@ -334,7 +335,7 @@ impl Twin {
     }
 
     pub fn note_forces(&mut self) {
-        let (h, longest) = (self.h, self.length(layout::LONGEST_STEP));
+        let Self { h, longest, .. } = *self;
         let old = if h < longest { 1.0 - h / longest } else { 0.0 };
         for number in 0..self.work[layout::CONTACTS] as usize {
             let one = self.contacts[number];
@@ -453,6 +454,10 @@ impl Twin {
             } else {
                 let way = sub(to, start);
                 self.work[layout::PROGRESS] = self.work[layout::PROGRESS].max(dot(way, way).to_bits());
+                let goal = if in_rounds { self.place(layout::TARGET, place) } else { wanted };
+                let left = sub(goal, to);
+                let left = if w > 0.0 { left } else { [0.0; 3] };
+                self.work[layout::WAY_TAKEN] = self.work[layout::WAY_TAKEN].max(dot(left, left).to_bits());
                 sub(to, self.place(layout::AT_START, place)).map(|way| way / self.h)
             };
             self.position[place] = [to[0], to[1], to[2], w];

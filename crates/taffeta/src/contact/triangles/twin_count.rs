@@ -175,5 +175,9 @@ impl Twin {
         for word in [layout::WAY, layout::CHANGE_OF_WAY, layout::FARTHEST_PLACE, layout::PROGRESS] {
             self.work[word] = 0;
         }
+        let taken = std::mem::take(&mut self.work[layout::WAY_TAKEN]);
+        if !another {
+            self.work[layout::MOST_WAY_TAKEN] = self.work[layout::MOST_WAY_TAKEN].max(taken);
+        }
     }
 }

@@ -84,6 +84,8 @@ struct Substep {
     led_out: u32,
     /// Bodies that meet colliders with a friction of their own.
     bodies_apart: u32,
+    /// Length of the longest of its frame [s].
+    longest_step: f32,
 }
 
 /// The sub-step of this dispatch, and those after it.

@@ -351,6 +351,18 @@ impl Feature for Implicit {
         Ok(is_short)
     }
 
+    /// Velocity changes are by the length of the step.
+    fn rescale(&mut self, gpu: &Gpu, by: f32) -> Result<(), GpuError> {
+        if self.keeps_changes {
+            let first = Vector::SpringChange as usize * self.nodes;
+            let vectors = self.vectors.read(gpu)?;
+            let changes = vectors[first..first + self.places.len()].iter();
+            let scaled: Vec<Four> = changes.map(|change| change.map(|number| by * number)).collect();
+            self.vectors.write(gpu, first, &scaled);
+        }
+        Ok(())
+    }
+
     fn grow(&mut self, _: &Gpu) -> Result<(), GpuError> {
         if self.counted_steps.get(IS_LEFT).is_some_and(|&left| left > 0) {
             self.room = (2 * self.room - MORE_STEPS).min(self.steps);

@@ -2,6 +2,7 @@
 
 use super::{STEP, kept, on_gpu, soft, with};
 use crate::common::{build_as, farthest, positions, run};
+use taffeta::diagnostics::FrameReport;
 use taffeta::scene::{
     Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Rotation, Scene, Seam,
     SeamSide, Select, SelfCollision, VolumeForm,
@@ -53,7 +54,8 @@ fn are_alike(cpu: &mut Simulation, gpu: &mut Simulation, frames: usize) -> u64 {
         run(cpu, 1);
         run(gpu, 1);
         let (a, b) = (cpu.report(), gpu.report());
-        assert_eq!((a.pairs, a.nearest_pair), (b.pairs, b.nearest_pair), "frame {frame}");
+        let of = |report: &FrameReport| (report.pairs, report.nearest_pair, report.substeps);
+        assert_eq!(of(a), of(b), "frame {frame}");
         assert_eq!(farthest(&positions(cpu), &positions(gpu)), 0.0, "frame {frame}");
         assert_eq!(cpu.state_hash(), gpu.state_hash(), "frame {frame}");
         most = most.max(a.pairs);
@@ -82,13 +84,13 @@ fn surfaces_touch_each_other_as_on_the_cpu() {
     let (mut cpu, mut gpu) = both(&scene);
     // More than there is room for at the start, so frames are repeated.
     let most = are_alike(&mut cpu, &mut gpu, 13);
-    assert!(most > 450 && cpu.report().contacts > 10, "{most} {}", cpu.report().contacts);
+    assert!(most > 400 && cpu.report().contacts > 10, "{most} {}", cpu.report().contacts);
     gpu.disturb(1e-3, 1);
     let still = gpu.report();
     assert_eq!((still.pairs, still.nearest_pair), (0, None));
 }
 
-/// What flies fast goes in several rounds of the filter, which hold back some nodes.
+/// What flies fast goes in several rounds of the filter, which hold back some nodes, so that sub-steps become shorter.
 #[test]
 fn cloth_that_is_thrown_is_held_back_as_on_the_cpu() {
     let thrown = touching("thrown", sheet(9, 0.12), 0.006).at([0.0, 0.1, 0.0]).moving([0.3, -14.0, 0.2]);
@@ -99,7 +101,9 @@ fn cloth_that_is_thrown_is_held_back_as_on_the_cpu() {
         .collider(Collider::cuboid([0.02, -0.05, 0.01], [0.01, 0.03, 0.01]).offset(0.004))
         .time(STEP, STEP / 2.0);
     let (mut cpu, mut gpu) = both(&scene);
-    assert!(are_alike(&mut cpu, &mut gpu, 8) > 100);
+    let most = are_alike(&mut cpu, &mut gpu, 8);
+    assert!(most > 30 && cpu.report().substeps > 2, "{most} {}", cpu.report().substeps);
+    go_on_from_snapshots(&scene, &mut cpu, &gpu);
 }
 
 #[test]

@@ -29,7 +29,10 @@ impl<T: Real> TriangleContact<T> {
         }
         let mut is_carried = false;
         let ends = if is_first {
-            scratch.note_forces(worker.substep.h, self.longest);
+            scratch.note_forces(worker.substep);
+            // What the last round of the last sub-step has taken of ways counts.
+            let [most, last] = &mut scratch.taken;
+            *most = most.max(std::mem::take(last));
             is_carried = self.carry(worker);
             positions(self.state(worker))
         } else {
@@ -195,7 +198,7 @@ impl<T: Real> TriangleContact<T> {
         let scratch = self.scratch(worker);
         let old = positions(worker.old());
         let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
-        let mut progress = T::ZERO;
+        let (mut progress, mut taken) = (T::ZERO, T::ZERO);
         self.each_run(worker, |run| {
             for place in run {
                 let part = T::from_f64(f64::from_bits(self.parts[place].load(Ordering::Relaxed)));
@@ -212,6 +215,11 @@ impl<T: Real> TriangleContact<T> {
                 if !arrives {
                     let way = sub(to, from);
                     progress = progress.max(dot(way, way));
+                    let goal = if in_rounds { [target[0], target[1], target[2]] } else { wanted };
+                    let left = sub(goal, to);
+                    // Who is held goes where its pin goes, however short the steps are.
+                    let is_free = worker.nodes.inverse_mass[place] > T::ZERO;
+                    taken = taken.max(if is_free { dot(left, left) } else { T::ZERO });
                 }
                 let v = if arrives {
                     [target[3], target[4], target[5]]
@@ -223,5 +231,6 @@ impl<T: Real> TriangleContact<T> {
         });
         // SAFETY: its own; all read after a barrier.
         unsafe { self.found.item(worker.index) }.progress = progress.sqrt().to_f64();
+        scratch.taken[1] = taken.to_f64();
     }
 }

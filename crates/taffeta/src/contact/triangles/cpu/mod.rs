@@ -33,6 +33,7 @@ use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
+use crate::plan::Substep;
 use crate::real::{Real, add, scale};
 use crate::report::FrameSums;
 use crate::step::Op;
@@ -42,8 +43,6 @@ use std::sync::atomic::AtomicU64;
 /// Contact of surfaces.
 pub struct TriangleContact<T> {
     surfaces: Surfaces,
-    /// The longest sub-step [s].
-    longest: T,
     /// The tile of each place, and the worker of each tile.
     tile_of: Vec<u32>,
     worker_of: Vec<u32>,
@@ -115,6 +114,9 @@ struct Scratch<T> {
     /// What marks nodes that are held back, and what marked the first in this round of the filter.
     stamp: u64,
     first_stamp: u64,
+    /// The longest way that the filter has taken of a node, squared [m²]: in sub-steps of the frame that are over, and after the last
+    /// round.
+    taken: [f64; 2],
     /// Which round of impulses, and of the filter, is next.
     round: usize,
     stage: FilterRound,
@@ -157,14 +159,15 @@ impl<T: Real> Scratch<T> {
             tiles: Vec::new(),
             stamp: 0,
             first_stamp: 0,
+            taken: [0.0; 2],
             round: 0,
             stage: FilterRound::Over,
         }
     }
 
-    /// Keeps the forces for the next sub-step. That of a sub-step of `h` counts by its part of the longest one [s]: what is
-    /// left of a frame may be too short to tell a force.
-    fn note_forces(&mut self, h: T, longest: T) {
+    /// Keeps the forces for the next sub-step. That of a short one counts by its part of the longest: what is left of a frame may be
+    /// too short to tell a force.
+    fn note_forces(&mut self, &Substep { h, longest, .. }: &Substep<T>) {
         let old = (T::ONE - h / longest).max(T::ZERO);
         self.carried.clear();
         for Active { carried, impulse, .. } in &self.contacts {
@@ -199,7 +202,6 @@ impl<T: Real> TriangleContact<T> {
         };
         let solved_places = if context.assembly.solver.is_primal() { places } else { 0 };
         let mut all = Self {
-            longest: T::from_f64(context.assembly.time.longest_step()),
             tile_of: vec![0; places],
             worker_of: Vec::new(),
             start: std::array::from_fn(|axis| surfaces.start.iter().map(|x| T::from_f64(x[axis])).collect()),
@@ -324,6 +326,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
         self.is_forgotten = false;
+        self.scratch.iter_mut().for_each(|scratch| scratch.taken = [0.0; 2]);
         if std::mem::take(&mut self.is_stale) {
             self.set_corners(assembly, start);
             if self.is_tangled {
@@ -347,6 +350,11 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             sums.pairs.nearest = sums.pairs.nearest.min(found.nearest);
         }
         sums.pairs.searches += searches.unwrap_or(0);
+    }
+
+    fn taken(&mut self) -> Option<f64> {
+        let all = self.scratch.iter_mut().flat_map(|scratch| scratch.taken);
+        Some(all.fold(0.0, f64::max).sqrt() / self.surfaces.mean_edge)
     }
 
     fn forget(&mut self, _: usize) {

@@ -365,6 +365,17 @@ impl<T: Real> Feature<T> for Implicit<T> {
         }
     }
 
+    /// Velocity changes are by the length of the step.
+    fn rescale(&mut self, by: f64) {
+        for place in 0..self.multigrid.tables[0].places {
+            for axis in 0..3 {
+                // SAFETY: no worker works between frames.
+                let change = unsafe { self.work.change.read() }.at::<3>(place)[axis];
+                self.work.change.set(axis, place, T::from_f64(by) * change);
+            }
+        }
+    }
+
     /// A node that is set, pinned or freed has no acceleration yet.
     fn forget(&mut self, node: usize) {
         if let Some(history) = &mut self.work.history {

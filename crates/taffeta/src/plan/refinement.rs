@@ -1,0 +1,82 @@
+//! How finely the sub-steps of a scene are cut: where surfaces come so fast that the filter of their contact takes much of a node's
+//! way, what it takes shows as stretch. Shorter sub-steps find the contact in time, and the filter has nothing left to do.
+
+/// Parts of a sub-step at most.
+pub const MOST_PARTS: u32 = 16;
+/// What may be taken of a node's way in a sub-step, relative to an edge, and below which fewer parts may do.
+const TOO_MUCH: f64 = 0.1;
+const LITTLE: f64 = 0.04;
+/// Frames of which so little is taken before fewer parts are tried.
+pub const CALM_FRAMES: u32 = 4;
+
+/// Into how many parts each sub-step of the scene is cut, and for how many frames they have been many enough. It goes from frame to
+/// frame, and is part of a snapshot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refinement {
+    /// Parts of each sub-step: a power of two.
+    pub parts: u32,
+    /// Frames of which little was taken, one after the other.
+    pub calm: u32,
+}
+
+impl Default for Refinement {
+    fn default() -> Self {
+        Self { parts: 1, calm: 0 }
+    }
+}
+
+impl Refinement {
+    /// Whether a run can have come to it.
+    pub fn is_possible(self) -> bool {
+        self.parts.is_power_of_two() && self.parts <= MOST_PARTS && self.calm < CALM_FRAMES
+    }
+
+    /// Notes what was `taken` at most of a node's way in a sub-step of a frame, relative to an edge. Returns whether the frame is to be
+    /// put back and repeated in more parts.
+    pub fn note(&mut self, taken: f64) -> bool {
+        if taken > TOO_MUCH && self.parts < MOST_PARTS {
+            *self = Self { parts: 2 * self.parts, calm: 0 };
+            return true;
+        }
+        self.calm = if taken < LITTLE && self.parts > 1 { self.calm + 1 } else { 0 };
+        if self.calm == CALM_FRAMES {
+            *self = Self { parts: self.parts / 2, calm: 0 };
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_repeated_until_little_is_taken_or_parts_are_many() {
+        let mut refinement = Refinement::default();
+        let taken = |parts: u32| 0.5 / f64::from(parts);
+        let repeats = (0..9).take_while(|_| refinement.note(taken(refinement.parts))).count();
+        assert_eq!((repeats, refinement.parts), (3, 8));
+        let mut jammed = Refinement::default();
+        let repeats = (0..9).take_while(|_| jammed.note(5.0)).count();
+        assert_eq!((repeats, jammed.parts), (4, MOST_PARTS));
+    }
+
+    #[test]
+    fn parts_become_fewer_after_calm_frames_in_a_row() {
+        let mut refinement = Refinement { parts: 4, calm: 0 };
+        let mut frames = |taken: &[f64]| {
+            taken.iter().for_each(|&taken| assert!(!refinement.note(taken) && refinement.is_possible()));
+            refinement.parts
+        };
+        assert_eq!(frames(&[0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0]), 4);
+        assert_eq!(frames(&[0.0]), 2);
+        assert_eq!(frames(&[0.0; 9]), 1);
+    }
+
+    #[test]
+    fn a_scene_that_takes_nothing_stays_as_it_is() {
+        let mut refinement = Refinement::default();
+        (0..99).for_each(|_| assert!(!refinement.note(0.0)));
+        assert_eq!(refinement, Refinement::default());
+    }
+}
