@@ -1,8 +1,8 @@
 //! How finely the sub-steps of a scene are cut: where surfaces come so fast that the filter of their contact takes much of a node's
 //! way, what it takes shows as stretch. Shorter sub-steps find the contact in time, and the filter has nothing left to do.
 
-/// Parts of a sub-step at most.
-pub const MOST_PARTS: u32 = 16;
+use crate::scene::MOST_PARTS;
+
 /// What may be taken of a node's way in a sub-step, relative to an edge, and below which fewer parts may do.
 const TOO_MUCH: f64 = 0.1;
 const LITTLE: f64 = 0.04;

@@ -1,8 +1,9 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
 use crate::backend::{ContactForce, FrameInput, SolverState};
-use crate::plan::refinement::{CALM_FRAMES, MOST_PARTS, Refinement};
+use crate::plan::refinement::{CALM_FRAMES, Refinement};
 use crate::report::FrameReport;
+use crate::scene::MOST_PARTS;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 

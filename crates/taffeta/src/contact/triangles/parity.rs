@@ -191,20 +191,19 @@ impl Twin {
         let mut pairs: Vec<_> =
             self.forces[..FORCE_RECORDS * forces].chunks_exact(FORCE_RECORDS).map(<[_]>::to_vec).collect();
         pairs.sort_unstable();
-        // Each force is in the list of its bucket.
+        // Each force is in the list of its bucket. Nobody writes where the lists of the last sub-step begin, whose links are written over.
         let buckets = self.tables[layout::BUCKETS] as usize;
-        for heads in [first..first + buckets, first + buckets..first + 2 * buckets] {
-            let mut chained = 0;
-            for at in heads.clone() {
-                let mut number = self.work[at];
-                while number != u32::MAX && chained <= 2 * forces {
-                    chained += 1;
-                    number = self.work.get(next + number as usize).copied().unwrap_or(u32::MAX);
-                }
-                self.work[at] = 0;
+        let start = first + if self.work[layout::IS_ODD] == 0 { buckets } else { 0 };
+        let mut chained = 0;
+        for at in start..start + buckets {
+            let mut number = self.work[at];
+            while number != u32::MAX && chained <= 2 * forces {
+                chained += 1;
+                number = self.work.get(next + number as usize).copied().unwrap_or(u32::MAX);
             }
-            self.work[heads.start] = chained as u32;
+            self.work[at] = 0;
         }
+        self.work[start] = chained as u32;
         self.work[next..next + forces].fill(0);
         for (to, records) in self.forces.chunks_exact_mut(FORCE_RECORDS).zip(pairs) {
             to.copy_from_slice(&records);

@@ -176,6 +176,13 @@ pub const FAULTS: &[Fault] = &[
     ("limit_ways", "apart, thickness, far, together);", "apart, thickness, far, true);"),
     ("mark_held", "> counted(FILTER_ROUND) * STAMPS", "> STAMPS"),
     ("mark_held", "let is_held = bitcast<f32>(counted(limit_at(place))) < 1.0;", "let is_held = true;"),
+    (
+        "hold_back",
+        "place_at(TARGET, place), in_rounds) - to;",
+        "place_at(TARGET, place), in_rounds) - start;",
+    ),
+    ("count_surfaces", "if !another {\n        atomicMax", "if another {\n        atomicMax"),
+    ("count_surfaces", "set_counted(WAY_TAKEN, 0u);", "set_counted(WAY_TAKEN, 1u);"),
     ("hold_back", "let arrives = in_rounds && all(to == place_at(TARGET, place));", "let arrives = false;"),
     ("hold_back", "(to - place_at(AT_START, place)) / substeps[0].h", "(to - start) / substeps[0].h"),
     ("hold_back", "set_counted(limit_at(place), bitcast<u32>(1.0));\n            let start", "let start"),
