@@ -284,10 +284,11 @@ impl<T: Real> Backend for CpuBackend<T> {
             if self.was_stopped() {
                 return Ok(());
             }
-            let before = self.refinement.parts;
+            let mut before = self.refinement.parts;
             let is_repeated = self.refinement.note(self.taken);
             if is_repeated {
                 self.put_back(&kept);
+                before = kept.solvers.refinement.parts;
             }
             if self.refinement.parts != before {
                 let by = f64::from(before) / f64::from(self.refinement.parts);
