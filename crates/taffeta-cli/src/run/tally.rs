@@ -182,11 +182,19 @@ impl Tally {
             } else {
                 ""
             };
-            format!(
-                "a fabric was {:.2} times its rest length: {other}{steps}a sub-step of {step:.1e} s may not follow cloth that folds or \
-                 lands quickly; {advice}time.max_step = {FOLLOWS} would do",
-                1.0 + most,
-            )
+            let shortest = scene.time.dt / f64::from(self.substeps_max.max(1));
+            let why = if shortest > FOLLOWS {
+                format!(
+                    "{steps}a sub-step of {step:.1e} s may not follow cloth that folds or lands quickly; {advice}time.max_step = \
+                     {FOLLOWS} would do"
+                )
+            } else {
+                format!(
+                    "it was pressed or pulled faster than it could follow, though contact cut sub-steps down to {shortest:.1e} s; slower \
+                     colliders and pins, or a smaller time.max_step, may help"
+                )
+            };
+            format!("a fabric was {:.2} times its rest length: {other}{why}", 1.0 + most)
         })
     }
 
