@@ -121,8 +121,8 @@ fn floor<T: Real>(extent: T, thickness: T, far: T) -> T {
 }
 
 /// Where the first side of a pair, given as for [`limits`], must go [m] so that its sides end as far apart along their normal as a
-/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness. `None` if
-/// they do without it.
+/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness, nor any nearer
+/// than twice the least distance: pushes come in every sub-step. `None` if they do without it.
 pub fn push_apart<T: Real, P: Pair>(
     x: [[T; 3]; 4],
     moves: [[T; 3]; 4],
@@ -143,7 +143,8 @@ pub fn push_apart<T: Real, P: Pair>(
     let least = T::from_f64(LEFT) * before + T::from_f64(2.0) * floor(extent, thickness, far);
     let kept = T::from_f64(ROOM_BEFORE) * thickness;
     let wanted = if least > kept { least } else { kept };
-    let as_before = T::from_f64(SHARE) * before;
+    let is_least = before < T::from_f64(2.0) * floor(extent, thickness, far);
+    let as_before = T::from_f64(if is_least { 1.0 } else { SHARE }) * before;
     let wanted = if as_before < wanted { as_before } else { wanted };
     // It goes a little farther than it must, so that once is enough.
     let missing = wanted / T::from_f64(SHARE) - after;
@@ -263,15 +264,17 @@ mod tests {
             assert!(!ends || norm(between) < 0.05 || found.parts == [1.0; 4], "{x:?} {moves:?}");
         }
         assert!((10_000..19_900).contains(&apart), "{apart}");
-        // Nearer than half the thickness, it must stay about as far.
-        let mut x = above();
-        x[0][1] = 0.04;
-        let apart = |down: f64| {
+        // Nearer than half the thickness, it must stay about as far, and as far where next to nothing is left: colliders push in
+        // every sub-step, and a part of what is left each time would soon be nothing.
+        let apart = |height: f64, down: f64| {
+            let mut x = above();
+            x[0][1] = height;
             let moves = [[0.0, -down, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]];
             push_apart::<f64, VertexTriangle>(x, moves, VertexTriangle::closest(x).apart, (THICK, 1.0))
                 .is_none()
         };
-        assert!(apart(0.0059) && !apart(0.0061));
+        assert!(apart(0.04, 0.0059) && !apart(0.04, 0.0061));
+        assert!(apart(1e-3, -1e-7) && !apart(1e-3, 1e-7));
     }
 
     /// Pairs that are driven at random, in 32 bits and far from the origin, never meet: a plane parts them before and after

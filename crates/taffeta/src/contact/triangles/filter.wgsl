@@ -25,8 +25,8 @@ fn floor_of(extent: f32, thickness: f32, far: f32) -> f32 {
 }
 
 /// Where the first side of a pair, given as for `limits_of`, must go [m] so that its sides end as far apart along their normal as a
-/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness. 0 if they do
-/// without it.
+/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness, nor any nearer
+/// than twice the least distance: pushes come in every sub-step. 0 if they do without it.
 fn push_apart(
     x: array<vec3f, 4>,
     moves: array<vec3f, 4>,
@@ -56,7 +56,8 @@ fn push_apart(
     let before = low - high;
     let after = low_end - high_end;
     let least = PLANE_LEFT * before + 2.0 * floor_of(extent, thickness, far);
-    let as_before = SHARE * before;
+    let is_least = before < 2.0 * floor_of(extent, thickness, far);
+    let as_before = select(SHARE, 1.0, is_least) * before;
     let wanted = min(as_before, max(least, ROOM_BEFORE * thickness));
     // It goes a little farther than it must, so that once is enough.
     let missing = wanted / SHARE - after;

@@ -223,7 +223,7 @@ pub const FAULTS: &[Fault] = &[
         "nodes[i] < table(NODE_PLACES)",
     ),
     ("push_nodes", "select(push, -push, first_drives)", "push"),
-    ("push_nodes", "let as_before = SHARE * before;", "let as_before = before;"),
+    ("push_nodes", "let as_before = select(SHARE, 1.0, is_least) * before;", "let as_before = before;"),
     ("push_nodes", "max(least, ROOM_BEFORE * thickness)", "least"),
     ("push_nodes", "wanted / SHARE - after", "wanted - after"),
     ("push_nodes", "select(0u, 1u, way > 0.0)", "0u"),
