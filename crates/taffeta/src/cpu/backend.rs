@@ -285,7 +285,7 @@ impl<T: Real> Backend for CpuBackend<T> {
                 return Ok(());
             }
             let mut before = self.refinement.parts;
-            let is_repeated = self.refinement.note(self.taken, self.assembly.time.longest_step());
+            let is_repeated = self.refinement.note(self.taken, self.assembly.time.most_parts());
             if is_repeated {
                 self.put_back(&kept);
                 before = kept.solvers.refinement.parts;

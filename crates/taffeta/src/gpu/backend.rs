@@ -216,7 +216,7 @@ impl GpuBackend {
         for (backup, partition) in self.backups.iter_mut().zip(&self.partitions) {
             backup.keep(&self.gpu, partition)?;
         }
-        let longest = self.assembly.time.longest_step();
+        let most = self.assembly.time.most_parts();
         loop {
             let (times, before) = (self.times.clone(), self.refinement.parts);
             self.run_once(start, input, wanted)?;
@@ -226,7 +226,7 @@ impl GpuBackend {
                 is_short |= feature.is_short(&self.gpu)?;
                 taken = taken.max(feature.taken());
             }
-            let is_repeated = is_short || start.is_some() && self.refinement.note(taken, longest);
+            let is_repeated = is_short || start.is_some() && self.refinement.note(taken, most);
             if is_repeated {
                 self.times = times;
                 for (partition, backup) in self.partitions.iter_mut().zip(&self.backups) {

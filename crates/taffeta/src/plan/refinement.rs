@@ -1,13 +1,9 @@
 //! How finely the sub-steps of a scene are cut: where surfaces come so fast that the filter of their contact takes much of a node's
 //! way, what it takes shows as stretch. Shorter sub-steps find the contact in time, and the filter has nothing left to do.
 
-use crate::scene::MOST_PARTS;
-
 /// What may be taken of a node's way in a sub-step, relative to an edge, and below which fewer parts may do.
 const TOO_MUCH: f64 = 0.1;
 const LITTLE: f64 = 0.04;
-/// The shortest sub-step that is made of a longer one [s]: the filter takes as much of what is jammed in steps that are shorter still.
-const SHORTEST: f64 = 2.5e-4;
 /// Frames of which so little is taken before fewer parts are tried.
 pub const CALM_FRAMES: u32 = 4;
 
@@ -28,17 +24,16 @@ impl Default for Refinement {
 }
 
 impl Refinement {
-    /// Whether a run can have come to it.
-    pub fn is_possible(self) -> bool {
-        self.parts.is_power_of_two() && self.parts <= MOST_PARTS && self.calm < CALM_FRAMES
+    /// Whether a run can have come to it that may cut sub-steps into `most` parts.
+    pub fn is_possible(self, most: u32) -> bool {
+        self.parts.is_power_of_two() && self.parts <= most && self.calm < CALM_FRAMES
     }
 
-    /// Notes what was `taken` at most of a node's way in a sub-step of a frame, relative to an edge, where the scene's sub-steps are up to
-    /// `longest` [s]. Returns whether the frame is to be put back and repeated in more parts.
-    pub fn note(&mut self, taken: f64, longest: f64) -> bool {
-        let parts = 2 * self.parts;
-        if taken > TOO_MUCH && parts <= MOST_PARTS && longest / f64::from(parts) >= SHORTEST {
-            *self = Self { parts, calm: 0 };
+    /// Notes what was `taken` at most of a node's way in a sub-step of a frame, relative to an edge, where sub-steps may be cut into `most`
+    /// parts. Returns whether the frame is to be put back and repeated in more.
+    pub fn note(&mut self, taken: f64, most: u32) -> bool {
+        if taken > TOO_MUCH && self.parts < most {
+            *self = Self { parts: 2 * self.parts, calm: 0 };
             return true;
         }
         self.calm = if taken < LITTLE && self.parts > 1 { self.calm + 1 } else { 0 };
@@ -57,13 +52,11 @@ mod tests {
     fn a_frame_is_repeated_until_little_is_taken_or_parts_are_many() {
         let mut refinement = Refinement::default();
         let taken = |parts: u32| 0.5 / f64::from(parts);
-        let repeats = (0..9).take_while(|_| refinement.note(taken(refinement.parts), 0.016)).count();
+        let repeats = (0..9).take_while(|_| refinement.note(taken(refinement.parts), 16)).count();
         assert_eq!((repeats, refinement.parts), (3, 8));
         let mut jammed = Refinement::default();
-        let repeats = (0..9).take_while(|_| jammed.note(5.0, 0.016)).count();
-        assert_eq!((repeats, jammed.parts), (4, MOST_PARTS));
-        let mut short = Refinement::default();
-        assert!(short.note(5.0, 6e-4) && !short.note(5.0, 6e-4), "{short:?}");
+        let repeats = (0..9).take_while(|_| jammed.note(5.0, 16)).count();
+        assert_eq!((repeats, jammed.parts), (4, 16));
     }
 
     #[test]
@@ -72,7 +65,7 @@ mod tests {
         let mut frames = |taken: &[f64]| {
             taken
                 .iter()
-                .for_each(|&taken| assert!(!refinement.note(taken, 0.016) && refinement.is_possible()));
+                .for_each(|&taken| assert!(!refinement.note(taken, 16) && refinement.is_possible(16)));
             refinement.parts
         };
         assert_eq!(frames(&[0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.0]), 4);
@@ -83,7 +76,7 @@ mod tests {
     #[test]
     fn a_scene_that_takes_nothing_stays_as_it_is() {
         let mut refinement = Refinement::default();
-        (0..99).for_each(|_| assert!(!refinement.note(0.0, 0.016)));
+        (0..99).for_each(|_| assert!(!refinement.note(0.0, 16)));
         assert_eq!(refinement, Refinement::default());
     }
 }

@@ -1,7 +1,7 @@
 //! How much memory a scene will take, told before any of it is taken.
 
 use crate::advice::Advice;
-use crate::scene::{Body, MOST_PARTS, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
+use crate::scene::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
 /// that of the scene itself.
@@ -195,7 +195,8 @@ impl Scene {
     /// What the sub-steps of a frame are told.
     fn frame_part(&self) -> Part<'_> {
         // Contact between triangles may cut them into parts.
-        let parts = if self.bodies.iter().any(Body::has_surface_contact) { MOST_PARTS } else { 1 };
+        let parts =
+            if self.bodies.iter().any(Body::has_surface_contact) { self.time.most_parts() } else { 1 };
         let steps = u64::from(self.time.substeps()) * u64::from(parts);
         let moving = self.bodies.iter().flat_map(|body| &body.pins).filter(|pin| pin.may_move()).count();
         let [poses, colliders, loads] =

@@ -42,7 +42,6 @@ pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
 pub use surface::{Polygons, Surface, Uvs};
 pub(crate) use validate::{LARGEST_LENGTH, Side, check_shape, plain};
 pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};
-pub(crate) use world::MOST_PARTS;
 pub use world::{Time, World};
 
 use schemars::JsonSchema;

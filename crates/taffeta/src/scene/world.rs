@@ -31,8 +31,9 @@ impl Default for Time {
     }
 }
 
-/// Into how many parts contact between triangles may cut a sub-step.
-pub(crate) const MOST_PARTS: u32 = 16;
+/// Into how many parts contact between triangles may cut a sub-step, a power of two, and how short it may make one [s].
+const MOST_PARTS: u32 = 16;
+const SHORTEST: f64 = 2.5e-4;
 
 impl Time {
     /// Number of sub-steps in a frame.
@@ -50,6 +51,15 @@ impl Time {
         let max = self.max_step.unwrap_or(self.dt);
         let start = f64::from(index) * max;
         (start, if index + 1 == count { self.dt - start } else { max })
+    }
+
+    /// Into how many parts contact between triangles may cut each sub-step: a power of two.
+    pub(crate) fn most_parts(&self) -> u32 {
+        let mut parts = 1;
+        while parts < MOST_PARTS && self.longest_step() / f64::from(2 * parts) >= SHORTEST {
+            parts *= 2;
+        }
+        parts
     }
 
     /// Length of the longest sub-step [s].
@@ -105,6 +115,12 @@ mod tests {
         assert_eq!(tenth.substeps(), 10);
         assert_eq!(Time { dt: 0.3, max_step: Some(0.1), frames: 1 }.substeps(), 3);
         assert_eq!(Time { dt: 0.01, max_step: Some(1.0), frames: 1 }.substep(0), (0.0, 0.01));
+    }
+
+    #[test]
+    fn sub_steps_are_cut_into_up_to_sixteen_parts_and_none_becomes_too_short() {
+        let parts = |step| Time { dt: 0.1, max_step: Some(step), frames: 1 }.most_parts();
+        assert_eq!([0.1, 1.0 / 240.0, 1.0 / 1000.0, 6e-4, 4e-4].map(parts), [16, 16, 4, 2, 1]);
     }
 
     #[test]

@@ -3,7 +3,6 @@
 use crate::backend::{ContactForce, FrameInput, SolverState};
 use crate::plan::refinement::{CALM_FRAMES, Refinement};
 use crate::report::FrameReport;
-use crate::scene::MOST_PARTS;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 
@@ -290,10 +289,11 @@ impl Simulation {
             return Err(format!("its constraint {index} has a pull that is not finite"));
         }
         let state = snapshot.solver_state();
-        if !state.refinement.is_possible() {
+        let most = self.backend.assembly().time.most_parts();
+        if !state.refinement.is_possible(most) {
             let Refinement { parts, calm } = state.refinement;
             return Err(format!(
-                "it cuts sub-steps into {parts} parts since {calm} frames; a power of two up to {MOST_PARTS}, and less than \
+                "it cuts sub-steps into {parts} parts since {calm} frames; a power of two up to {most}, and less than \
                  {CALM_FRAMES} frames, would do"
             ));
         }
