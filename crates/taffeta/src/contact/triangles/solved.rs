@@ -23,7 +23,7 @@ pub const STIFFNESS: f64 = 4.0;
 /// Share of a force that the sub-step after the first starts from.
 pub const NEW: f64 = 0.125;
 /// A contact whose nodes are so many times as hard to move as alone is none of the system.
-pub const STIFF: f64 = 256.0;
+pub const STIFF: f64 = 65536.0;
 
 /// A contact that may come about in a sub-step.
 #[derive(Clone, Copy, Debug, Default)]

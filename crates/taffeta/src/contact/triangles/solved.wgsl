@@ -9,7 +9,7 @@ const STIFFNESS: f32 = 4.0;
 /// Share of a force that the sub-step after the first starts from.
 const NEW: f32 = 0.125;
 /// A contact whose nodes are so many times as hard to move as alone is none of the system.
-const STIFF: f32 = 256.0;
+const STIFF: f32 = 65536.0;
 
 /// A contact that may come about in a sub-step.
 struct SolvedContact {
