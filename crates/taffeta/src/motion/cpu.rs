@@ -3,7 +3,7 @@
 use crate::cpu::feature::Feature;
 use crate::cpu::tile::{Tile, within};
 use crate::motion::moving::MovingPin;
-use crate::motion::pins::on_the_way;
+use crate::motion::pins::{catching_up, on_the_way};
 use crate::real::Real;
 use crate::step::Op;
 
@@ -27,20 +27,23 @@ impl Pins {
         for (_, run) in tile.plan.runs() {
             for pin in within(&self.moving, &run, |pin| pin.node) {
                 let motion = &motions[pin.track as usize];
-                put(tile, pin.node, motion.apply(pin.start.map(T::from_f64)));
+                let start = pin.start.map(T::from_f64);
+                put(tile, pin.node, start, motion.apply(start));
             }
             for &(node, from, to) in within(&tile.input.moves, &run, |&(node, ..)| node) {
                 let (fraction, rate) = tile.substep.frame_fraction;
                 let [from, to] = [from, to].map(|x| x.map(T::from_f64));
-                put(tile, node, on_the_way(from, to, fraction, rate));
+                put(tile, node, from, on_the_way(from, to, fraction, rate));
             }
         }
     }
 }
 
-/// Moves a pinned node, with the velocity of its motion.
-fn put<T: Real>(tile: &Tile<'_, T>, node: u32, (position, velocity): ([T; 3], [T; 3])) {
+/// Moves a pinned node, with the velocity of its way.
+fn put<T: Real>(tile: &Tile<'_, T>, node: u32, start: [T; 3], (position, velocity): ([T; 3], [T; 3])) {
     let node = node as usize;
+    let before = [0, 1, 2].map(|axis| tile.old[axis][node]);
+    let velocity = catching_up((position, velocity), start, before, tile.substep.h);
     let state = tile.after(&(node..node + 1));
     for axis in 0..3 {
         state[axis][0] = position[axis];

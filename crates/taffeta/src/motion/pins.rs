@@ -5,7 +5,10 @@
 //! would be mostly noise.
 
 use crate::motion::keyframes::Pose;
-use crate::real::{Real, add, scale, sub};
+use crate::real::{Real, add, dot, scale, sub};
+
+/// How many units in the last place of its coordinates a node may be off its way before it is taken to lag.
+pub const WAY_ULPS: f64 = 32.0;
 
 /// A pose x = R x₀ + s at the end of a sub-step, by rows (R, s), and its rate.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +52,24 @@ pub fn on_the_way<T: Real>(from: [T; 3], to: [T; 3], fraction: T, rate: T) -> ([
     (add(scale(from, T::ONE - fraction), scale(to, fraction)), scale(sub(to, from), rate))
 }
 
+/// The velocity [m/s] of a node that its pin wants at `place` after a step of `h` [s], by a motion of `velocity` that began at
+/// `start`. Where surfaces have held the node back, at `before` and not on its way, it is that which makes up for it: springs
+/// and contacts that are solved for then pull and push what is in its way along.
+pub fn catching_up<T: Real>(
+    (place, velocity): ([T; 3], [T; 3]),
+    start: [T; 3],
+    before: [T; 3],
+    h: T,
+) -> [T; 3] {
+    let lag = sub(sub(place, scale(velocity, h)), before);
+    let rounding = T::from_f64(WAY_ULPS) * T::EPSILON;
+    if dot(lag, lag) > rounding * rounding * (dot(start, start) + dot(place, place)) {
+        sub(place, before).map(|way| way / h)
+    } else {
+        velocity
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,6 +94,21 @@ mod tests {
         let h = 1e-5;
         let motion = Motion::<f32>::new(&track.pose(0.5), &track.pose(0.5 + h), h);
         assert!((motion.apply([7.0, 0.0, 0.0]).1[0] - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn only_who_lags_goes_faster_than_its_motion() {
+        let (start, h) = ([3.0_f32, -2.0, 0.5], 1e-3);
+        let velocity = [0.3, 0.1, -0.2];
+        let before = [0.7, 0.1, 0.2_f32];
+        let place = add(before, scale(velocity, h));
+        let rounded = add(before, [1e-6, -1e-6, 1e-6]);
+        assert_eq!(catching_up((place, velocity), start, rounded, h), velocity, "a few roundings are no lag");
+        let behind = sub(before, [0.01, 0.0, 0.0]);
+        let [x, y, z] = catching_up((place, velocity), start, behind, h);
+        assert!((x - 10.3).abs() < 1e-3 && (y - 0.1).abs() < 1e-3 && (z + 0.2).abs() < 1e-3, "{x} {y} {z}");
+        let at_rest = catching_up((before, [0.0; 3]), start, behind, h);
+        assert!((at_rest[0] - 10.0).abs() < 1e-3, "the motion is over, and the node not there: {at_rest:?}");
     }
 
     #[test]

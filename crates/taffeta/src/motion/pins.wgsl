@@ -37,6 +37,20 @@ fn affine(x: vec4f, y: vec4f, z: vec4f, p: vec3f) -> vec3f {
     return vec3f(dot3(x.xyz, p), dot3(y.xyz, p), dot3(z.xyz, p)) + vec3f(x.w, y.w, z.w);
 }
 
+/// How many units in the last place of its coordinates a node may be off its way before it is taken to lag.
+const WAY_ULPS: f32 = 32.0;
+
+/// The velocity [m/s] of a node that its pin wants at `place` after a step of `h` [s], by a motion of `velocity` that began at
+/// `start`; where it was held back, at `before`, that which makes up for it.
+fn catching_up(place: vec3f, velocity: vec3f, start: vec3f, before: vec3f, h: f32) -> vec3f {
+    let lag = (place - velocity * h) - before;
+    let rounding = WAY_ULPS * EPSILON;
+    if dot3(lag, lag) > rounding * rounding * (dot3(start, start) + dot3(place, place)) {
+        return (place - before) / h;
+    }
+    return velocity;
+}
+
 /// The place [m] on the straight way from one place to another, when a `fraction` of the frame has gone by.
 fn on_the_way(start: vec3f, goal: vec3f, fraction: f32) -> vec3f {
     return start * (1.0 - fraction) + goal * fraction;

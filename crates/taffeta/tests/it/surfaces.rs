@@ -12,7 +12,7 @@ use taffeta::{Precision, Simulation};
 
 const THICK: f64 = 0.005;
 
-fn touching(body: Body, friction: f64) -> Body {
+pub fn touching(body: Body, friction: f64) -> Body {
     let touch = SelfCollision {
         form: ContactForm::Triangles,
         thickness: THICK,

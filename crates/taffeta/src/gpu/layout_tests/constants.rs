@@ -28,6 +28,7 @@ use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH, TILE};
 use crate::gpu::layout::{GROUP, NONE};
 use crate::gpu::layout_tests::{read, sources};
 use crate::motion::gpu_layout::MOVED_BY_USER;
+use crate::motion::pins::WAY_ULPS;
 use crate::real::Real;
 use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
@@ -206,6 +207,7 @@ fn shared() -> BTreeMap<&'static str, f64> {
         ("LANES", LANES as f64),
         ("GROUPS_IN_ROW", f64::from(taffeta_gpu::GROUPS_IN_ROW)),
         ("EPSILON", f64::from(<f32 as Real>::EPSILON)),
+        ("WAY_ULPS", WAY_ULPS),
         ("LARGEST", f64::from(f32::MAX)),
         ("NONE", f64::from(NONE)),
         ("GROUP_ROUNDS", GROUP_ROUNDS as f64),
