@@ -22,8 +22,8 @@ pub const NEAR: f64 = 1.25;
 pub const STIFFNESS: f64 = 4.0;
 /// Share of a force that the sub-step after the first starts from.
 pub const NEW: f64 = 0.125;
-/// A contact whose nodes are so many times as hard to move as alone is none of the system.
-pub const STIFF: f64 = 65536.0;
+/// A contact some of whose nodes colliders hold, and which makes them so many times as hard to move as alone, is none of the system.
+pub const STIFF: f64 = 256.0;
 
 /// A contact that may come about in a sub-step.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,14 +57,15 @@ pub struct SolvedContact<T> {
 }
 
 impl<T: Real> SolvedContact<T> {
-    /// Finds κ by the inverse masses [1/kg] of its nodes, and the inverse diagonal blocks of these in the system. A contact that
-    /// would hardly give way is left to the rounds after the solver: colliders hold both its sides, and what it asks for has no
-    /// end.
-    pub fn stiffen(&mut self, of: impl Fn(u32) -> (T, Symmetric<T>)) {
+    /// Finds κ by the inverse masses [1/kg] of its nodes, the inverse diagonal blocks of these in the system, and whether
+    /// colliders hold them. A contact that would hardly give way because they do is left to the rounds after the solver: both
+    /// its sides are held, and what it asks for has no end. Stiff cloth alone is no reason: it must be pushed as hard as it is.
+    pub fn stiffen(&mut self, of: impl Fn(u32) -> (T, Symmetric<T>, bool)) {
         let (mut sum, mut most, mut alone) = (T::ZERO, T::ZERO, T::ZERO);
-        let mut moves = [false; 2];
+        let (mut moves, mut any_held) = ([false; 2], false);
         for (&node, &weight) in self.nodes.iter().zip(&self.weights) {
-            let (inverse_mass, block) = of(node);
+            let (inverse_mass, block, is_held) = of(node);
+            any_held |= is_held && weight * inverse_mass != T::ZERO;
             let by_impulse = times(&block, self.normal);
             sum += weight * weight * dot(self.normal, by_impulse);
             most = most.max(weight.abs() * norm(by_impulse));
@@ -73,7 +74,8 @@ impl<T: Real> SolvedContact<T> {
         }
         self.is_held = moves != [true; 2];
         let compliance = sum.max(most / T::from_f64(LEVER));
-        let gives_way = compliance * T::from_f64(STIFF) > alone && alone > T::ZERO;
+        let least = if any_held { alone } else { T::ZERO };
+        let gives_way = compliance * T::from_f64(STIFF) > least && alone > T::ZERO;
         self.stiffness = if gives_way { T::from_f64(STIFFNESS) / compliance } else { T::ZERO };
     }
 
@@ -202,9 +204,9 @@ mod tests {
         one
     }
 
-    fn of_mass(mass: f64) -> (f64, Symmetric<f64>) {
+    fn of_mass(mass: f64) -> (f64, Symmetric<f64>, bool) {
         let w = 1.0 / mass;
-        (w, [w, w, w, 0.0, 0.0, 0.0])
+        (w, [w, w, w, 0.0, 0.0, 0.0], false)
     }
 
     #[test]
@@ -212,9 +214,11 @@ mod tests {
         // 1 kg, and 9 kg for the triangle: 0.9 kg.
         assert!((contact(0.0, [0.0; 3]).stiffness - STIFFNESS * 0.9).abs() < 1e-12);
         let mut held = contact(0.0, [0.0; 3]);
-        held.stiffen(|_| (1.0, [1.0, 0.0, 1.0, 0.0, 0.0, 0.0]));
+        held.stiffen(|_| (1.0, [1.0, 1e-3, 1.0, 0.0, 0.0, 0.0], true));
         assert_eq!(held.stiffness, 0.0, "colliders hold both sides along the normal");
-        held.stiffen(|_| (0.0, [0.0; 6]));
+        held.stiffen(|node| (1.0, [1.0, 1e-3, 1.0, 0.0, 0.0, 0.0], node > 3));
+        assert!((held.stiffness - STIFFNESS * 750.0).abs() < 1e-9, "only cloth makes it stiff");
+        held.stiffen(|_| (0.0, [0.0; 6], false));
         assert_eq!(held.stiffness, 0.0, "all are pinned");
     }
 

@@ -8,8 +8,8 @@
 const STIFFNESS: f32 = 4.0;
 /// Share of a force that the sub-step after the first starts from.
 const NEW: f32 = 0.125;
-/// A contact whose nodes are so many times as hard to move as alone is none of the system.
-const STIFF: f32 = 65536.0;
+/// A contact some of whose nodes colliders hold, and which makes them so many times as hard to move as alone, is none of the system.
+const STIFF: f32 = 256.0;
 
 /// A contact that may come about in a sub-step.
 struct SolvedContact {
@@ -41,9 +41,9 @@ struct SolvedContact {
 /// By contact of `surface_contacts`.
 @group(3) @binding(77) var<storage, read_write> solved_contacts: array<SolvedContact>;
 
-/// With κ, by the inverse masses [1/kg] of the nodes, and the inverse diagonal blocks of these in the system. A contact that would
-/// hardly give way is left to the rounds after the solver.
-fn stiffened(one: SolvedContact, inverse_mass: vec4f, blocks: array<Symmetric, 4>) -> SolvedContact {
+/// With κ, by the inverse masses [1/kg] of the nodes, the inverse diagonal blocks of these in the system, and whether colliders hold
+/// them. A contact that would hardly give way because they do is left to the rounds after the solver.
+fn stiffened(one: SolvedContact, inverse_mass: vec4f, blocks: array<Symmetric, 4>, is_held: vec4<bool>) -> SolvedContact {
     var sum = 0.0;
     var most = 0.0;
     var alone = 0.0;
@@ -60,7 +60,8 @@ fn stiffened(one: SolvedContact, inverse_mass: vec4f, blocks: array<Symmetric, 4
         second_moves = second_moves || (moves && weight < 0.0);
     }
     let compliance = max(sum, most / LEVER);
-    let gives_way = compliance * STIFF > alone && alone > 0.0;
+    let any_held = any(is_held & (one.weights * inverse_mass != vec4f(0.0)));
+    let gives_way = compliance * STIFF > select(0.0, alone, any_held) && alone > 0.0;
     var found = one;
     found.is_held = select(1u, 0u, first_moves && second_moves);
     found.stiffness = select(0.0, STIFFNESS / select(1.0, compliance, gives_way), gives_way);

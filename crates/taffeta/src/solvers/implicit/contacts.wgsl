@@ -89,6 +89,15 @@ fn inverse_mass_of(place: u32) -> f32 {
     return old_position[place].w;
 }
 
+/// Whether a collider holds a node: what coarser levels see of a free one is its mass alone.
+fn is_held(place: u32) -> bool {
+    if place >= table(NODE_PLACES) {
+        return false;
+    }
+    let own = diagonals[place].own;
+    return any(own.diagonal != own.diagonal.yzx) || any(own.mixed != vec3f(0.0));
+}
+
 fn inverse_block_of(place: u32) -> Symmetric {
     if place >= table(NODE_PLACES) {
         return Symmetric(vec3f(0.0), vec3f(0.0));
@@ -119,7 +128,7 @@ fn linearise_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocatio
         );
         one = stiffened(one, inverse_mass, array<Symmetric, 4>(
             inverse_block_of(nodes.x), inverse_block_of(nodes.y), inverse_block_of(nodes.z), inverse_block_of(nodes.w),
-        ));
+        ), vec4<bool>(is_held(nodes.x), is_held(nodes.y), is_held(nodes.z), is_held(nodes.w)));
     }
     let anchor = motion_of_place(nodes.w);
     let x = motion_of_place(nodes.x);

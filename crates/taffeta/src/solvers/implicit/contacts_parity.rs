@@ -76,7 +76,7 @@ fn twin<'a>(fixture: &'a Fixture, entry: &str, case: usize) -> ContactTwin<'a> {
 }
 
 impl ContactTwin<'_> {
-    /// Has nodes go some way, some bodies without a system, some nodes that hardly give way, and systems at all cases.
+    /// Has nodes go some way, some bodies without a system, some nodes that hardly give way or that colliders hold, and systems at all cases.
     fn set_up(&mut self, case: usize) {
         let mut chance = Chance::new(97 + case as u64);
         let bodies = self.solve.work.solves.len();
@@ -90,7 +90,13 @@ impl ContactTwin<'_> {
             let [x, y, z] = chance.three(9.0).map(|x| 40.0 + x);
             let [u, v, w] = chance.three(7.0);
             let share = if place / 8 % 3 == 0 { 1e-3 } else { 1.0 };
-            let [own, inverse] = [0.02, share].map(|share| record([x, y, z, u, v, w].map(|x| share * x)));
+            let [own, inverse] = [0.02, share].map(|share| [x, y, z, u, v, w].map(|x| share * x));
+            let own = match place / 8 % 12 {
+                0..3 => own,
+                6..9 => [own[0], own[1], own[2], 0.0, 0.0, 0.0],
+                _ => [0.8, 0.8, 0.8, 0.0, 0.0, 0.0],
+            };
+            let [own, inverse] = [own, inverse].map(record);
             self.solve.work.diagonals[place] = Diagonal { own, inverse };
         }
         for (number, solve) in self.solve.work.solves.iter_mut().enumerate() {

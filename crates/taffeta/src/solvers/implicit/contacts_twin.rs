@@ -5,7 +5,8 @@ use crate::contact::triangles::solved::SolvedContact as Formula;
 use crate::contact::triangles::twin::Twin as Surfaces;
 use crate::gpu::layout::NONE;
 use crate::real::{Symmetric, add, dot, scale, sub};
-use crate::solvers::implicit::gpu_layout::Vector;
+use crate::solvers::implicit::gpu_layout::{Diagonal, Vector};
+use crate::solvers::implicit::implicit::is_held;
 use crate::solvers::implicit::twin::{Twin, record, six};
 
 /// The arrays of the systems and of contact.
@@ -125,12 +126,13 @@ impl ContactTwin<'_> {
         }
     }
 
-    /// The inverse mass of a place [1/kg], and the inverse of its diagonal block.
-    fn inverses(&self, place: usize) -> (f32, Symmetric<f32>) {
+    /// The inverse mass of a place [1/kg], the inverse of its diagonal block, and whether a collider holds it.
+    fn inverses(&self, place: usize) -> (f32, Symmetric<f32>, bool) {
         if place >= self.surfaces.nodes() {
-            return (0.0, [0.0; 6]);
+            return (0.0, [0.0; 6], false);
         }
-        (self.solve.fixture.old.position[place][3], six(&self.solve.work.diagonals[place].inverse))
+        let Diagonal { own, inverse } = &self.solve.work.diagonals[place];
+        (self.solve.fixture.old.position[place][3], six(inverse), is_held(&six(own)))
     }
 
     /// The contacts of a node in their order, and which of their nodes it is.

@@ -144,6 +144,14 @@ pub fn diagonal<T: Real>(
     (own, inverse)
 }
 
+/// Whether a collider holds a node on the finest level, by what coarser levels see of it: of a free one that is its mass alone.
+/// Pinned nodes count, too.
+#[inline(always)]
+pub fn is_held<T: Real>(own: &Symmetric<T>) -> bool {
+    let [x, y, z, mixed @ ..] = *own;
+    x != y || y != z || mixed != [T::ZERO; 3]
+}
+
 /// The right side: springs' impulse, less that of the mass for what the velocity is `off`.
 #[inline(always)]
 pub fn right_side<T: Real>(impulse: [T; 3], mass: T, off: [T; 3]) -> [T; 3] {

@@ -352,14 +352,14 @@ impl<T: Real> TriangleContact<T> {
         unsafe { ContactBlocks { taken: taken.read(), rows: rows.read(), slices: slices.read() } }
     }
 
-    /// Finds the impulses of a worker's contacts where a Newton step starts, but for those of bodies that take none. `inverse`:
-    /// the inverse of the diagonal block of a place [1/kg].
+    /// Finds the impulses of a worker's contacts where a Newton step starts, but for those of bodies that take none. `block`: the
+    /// inverse of the diagonal block of a place [1/kg], and whether a collider holds it.
     pub fn linearise_solved(
         &self,
         worker: &Worker<'_, T>,
         system: &System<'_, T>,
         (is_first, is_met): (bool, impl Fn(usize) -> bool),
-        inverse: impl Fn(usize) -> Symmetric<T>,
+        block: impl Fn(usize) -> (Symmetric<T>, bool),
     ) {
         let corners = worker.substep.extensions.get::<Corners<T>>();
         let corner_way = |corner: usize| {
@@ -383,8 +383,11 @@ impl<T: Real> TriangleContact<T> {
             }
             if is_first {
                 one.stiffen(|node| match node as usize {
-                    place if place < places => (worker.nodes.inverse_mass[place], inverse(place)),
-                    _ => (T::ZERO, [T::ZERO; 6]),
+                    place if place < places => {
+                        let (inverse, is_held) = block(place);
+                        (worker.nodes.inverse_mass[place], inverse, is_held)
+                    }
+                    _ => (T::ZERO, [T::ZERO; 6], false),
                 });
             }
             let gap = one.gap + dot(one.relative(way), one.normal);

@@ -6,6 +6,7 @@ use crate::real::{Real, add, scale};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::Columns;
 use crate::solvers::implicit::cpu::tables::{Chunk, Table};
+use crate::solvers::implicit::implicit::is_held;
 
 /// Where contacts find the nodes of the system.
 pub struct Places {
@@ -127,9 +128,11 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
         let Some(contacts) = self.contacts_in_system() else { return };
         let is_met = |body: usize| self.scratch.bodies[body].met;
         // SAFETY: found before a barrier, and changed after another.
-        let inverse = unsafe { self.shared.levels[0].inverse.read() };
+        let (inverse, own) =
+            unsafe { (self.shared.levels[0].inverse.read(), self.shared.levels[0].own.read()) };
         self.with_system(|system| {
-            contacts.linearise_solved(self.worker, system, (is_first, is_met), |place| inverse.at(place));
+            let block = |place| (inverse.at(place), is_held(&own.at(place)));
+            contacts.linearise_solved(self.worker, system, (is_first, is_met), block);
         });
         if is_first {
             self.weigh_contacts(contacts.solved_of(self.worker));
