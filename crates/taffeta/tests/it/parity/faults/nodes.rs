@@ -145,6 +145,8 @@ pub const FAULTS: &[Fault] = &[
     ("integrate_all", "abs(v.w)", "v.w"),
     ("pins_all", "index >= substeps[own()].pins", "index + 1u >= substeps[own()].pins"),
     ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
+    ("pins_all", "return (place - before) / h;", "return velocity;"),
+    ("pins_all", "(dot3(start, start) + dot3(place, place))", "0.0"),
     ("loads_all", "&& bitcast<u32>(input_forces[i].w) == node; i++", "&& i < 1u; i++"),
     ("aero_forces", "index >= arrayLength(&aero_triangles)", "index + 1u >= arrayLength(&aero_triangles)"),
     ("aero_forces", "element_forces[index] = vec4f(force", "element_forces[index + 1u] = vec4f(force"),
