@@ -11,6 +11,8 @@ pub struct Substep<T> {
     /// Length, and that of the longest in its frame [s].
     pub h: T,
     pub longest: T,
+    /// Whether surfaces may hold back nodes that pins move.
+    pub pins_may_lag: bool,
     /// Gravity [m/s²].
     pub gravity: [f64; 3],
     /// Force of the wind on each node [N].
@@ -34,6 +36,7 @@ impl<T: Real> Substep<T> {
         Self {
             h: T::ZERO,
             longest: T::ZERO,
+            pins_may_lag: false,
             gravity: [0.0; 3],
             wind_force: [0.0; 3],
             drag: 0.0,
@@ -58,6 +61,7 @@ pub fn frame<T: Real>(
         let mut substep = Substep {
             h: T::from_f64(h),
             longest,
+            pins_may_lag: assembly.surfaces().is_some(),
             gravity: world.gravity,
             wind_force: world.wind_force,
             drag: world.drag,

@@ -34,7 +34,8 @@ pub struct Substep {
     pub led_out: u32,
     pub bodies_apart: u32,
     pub longest_step: f32,
-    pub padding: [u32; 2],
+    pub pins_may_lag: u32,
+    pub padding: u32,
 }
 
 /// `Solving` of substep.wgsl.

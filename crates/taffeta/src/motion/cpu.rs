@@ -42,8 +42,12 @@ impl Pins {
 /// Moves a pinned node, with the velocity of its way.
 fn put<T: Real>(tile: &Tile<'_, T>, node: u32, start: [T; 3], (position, velocity): ([T; 3], [T; 3])) {
     let node = node as usize;
-    let before = [0, 1, 2].map(|axis| tile.old[axis][node]);
-    let velocity = catching_up((position, velocity), start, before, tile.substep.h);
+    let velocity = if tile.substep.pins_may_lag {
+        let before = [0, 1, 2].map(|axis| tile.old[axis][node]);
+        catching_up((position, velocity), start, before, tile.substep.h)
+    } else {
+        velocity
+    };
     let state = tile.after(&(node..node + 1));
     for axis in 0..3 {
         state[axis][0] = position[axis];

@@ -87,6 +87,7 @@ impl Feature for Pins {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
             record.first_motion = motions.len() as u32;
             record.pins = pins.len() as u32;
+            record.pins_may_lag = substep.pins_may_lag.into();
             (record.frame_fraction, record.frame_rate) = substep.frame_fraction;
             motions.extend(substep.motions().iter().map(Motion::from));
         }

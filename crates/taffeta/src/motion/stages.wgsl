@@ -22,6 +22,8 @@ fn pins_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) l
         v = affine(motion.rate_x, motion.rate_y, motion.rate_z, pin.start);
     }
     new_position[pin.node] = vec4f(x, new_position[pin.node].w);
-    v = catching_up(x, v, pin.start, old_position[pin.node].xyz, substeps[0].h);
+    if substeps[own()].pins_may_lag != 0u {
+        v = catching_up(x, v, pin.start, old_position[pin.node].xyz, substeps[0].h);
+    }
     new_velocity[pin.node] = vec4f(v, abs(new_velocity[pin.node].w));
 }

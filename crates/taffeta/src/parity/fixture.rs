@@ -397,7 +397,8 @@ impl Fixture {
             led_out: NONE,
             bodies_apart: substep.met_colliders().apart().len() as u32,
             longest_step: substep.longest,
-            padding: [0; 2],
+            pins_may_lag: substep.pins_may_lag.into(),
+            padding: 0,
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -91,7 +91,8 @@ fn records() -> Vec<Record> {
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
             input_forces, pins, solving, left, first_goal, max_separation, own, air, first_corner,
-            corner_parts, longest_push, led_out, bodies_apart, longest_step; padding
+            corner_parts, longest_push, led_out, bodies_apart, longest_step, pins_may_lag;
+            padding
         }),
         record!(Solving {
             activation,

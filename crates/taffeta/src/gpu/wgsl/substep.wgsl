@@ -86,6 +86,8 @@ struct Substep {
     bodies_apart: u32,
     /// Length of the longest of its frame [s].
     longest_step: f32,
+    /// Whether surfaces may hold back nodes that pins move: 1, else 0.
+    pins_may_lag: u32,
 }
 
 /// The sub-step of this dispatch, and those after it.
