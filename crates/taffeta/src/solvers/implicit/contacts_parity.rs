@@ -76,7 +76,8 @@ fn twin<'a>(fixture: &'a Fixture, entry: &str, case: usize) -> ContactTwin<'a> {
 }
 
 impl ContactTwin<'_> {
-    /// Has nodes go some way, some bodies without a system, some nodes that hardly give way or that colliders hold, and systems at all cases.
+    /// Has nodes go some way, some bodies without a system, some nodes that hardly give way or that colliders hold, and systems
+    /// at all cases.
     fn set_up(&mut self, case: usize) {
         let mut chance = Chance::new(97 + case as u64);
         let bodies = self.solve.work.solves.len();
