@@ -38,7 +38,7 @@ use crate::diagnostics::normals;
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
 use crate::features;
-use crate::report::{FrameReport, FrameSums};
+use crate::report::{FrameReport, FrameSums, Squeezed};
 use crate::scene::Scene;
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
@@ -192,8 +192,19 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { parts, all, elements, strain, volumes, pairs, intersections, solver, broken, held } =
-            sums;
+        let FrameSums {
+            parts,
+            all,
+            elements,
+            strain,
+            volumes,
+            pairs,
+            intersections,
+            squeezed,
+            solver,
+            broken,
+            held,
+        } = sums;
         let strain = strain.map(|extremes| extremes.strain());
         let of_fabric = strain.map_or(0.0, |strain| 1.0 + strain.warp[1].max(strain.weft[1]));
         let max_stretch = all.max_stretch.max(of_fabric);
@@ -219,9 +230,22 @@ impl Simulation {
             nearest_pair: (pairs.pairs > 0).then_some(pairs.nearest),
             pair_searches: pairs.searches,
             intersections,
+            squeezed: squeezed.map(|node| self.squeezed(node as usize, time)),
             solver,
             broken,
             reactions: assembly.reactions((time, substeps), &held),
+        }
+    }
+
+    /// A node that had no room, in words of the scene.
+    fn squeezed(&self, node: usize, time: f64) -> Squeezed {
+        let assembly = self.backend.assembly();
+        let index = assembly.bodies.iter().rposition(|body| body.first <= node).unwrap_or_default();
+        let body = &assembly.bodies[index];
+        Squeezed {
+            body: index,
+            vertex: body.vertex_of_solver(node - body.first),
+            colliders: assembly.nearest_colliders(self.backend.position(node), time, 2),
         }
     }
 

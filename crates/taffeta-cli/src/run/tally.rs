@@ -6,7 +6,7 @@ use super::volumes::Volumes;
 use crate::summary::{BodySummary, Energy, IntersectionSummary, PairSummary, Status, Strain, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
-use taffeta::diagnostics::{FabricStrain, FrameReport};
+use taffeta::diagnostics::{FabricStrain, FrameReport, Squeezed};
 use taffeta::scene::Scene;
 
 /// Engineering strain that no fabric bears: knits reach a third when they land.
@@ -26,6 +26,9 @@ pub struct Tally {
     substeps_max: u32,
     pairs: PairSummary,
     intersections: Option<IntersectionSummary>,
+    /// The first frame in which surfaces had no room between colliders, with one such vertex; and in how many they had none.
+    squeezed: Option<(u32, Squeezed)>,
+    squeezed_frames: u32,
     solves: Solves,
     volumes: Volumes,
     ms: Vec<f64>,
@@ -45,6 +48,8 @@ impl Tally {
             substeps_max: 0,
             pairs: PairSummary::default(),
             intersections: None,
+            squeezed: None,
+            squeezed_frames: 0,
             solves: Solves::default(),
             volumes: Volumes::new(simulation),
             ms: Vec::new(),
@@ -79,6 +84,10 @@ impl Tally {
         self.substeps += u64::from(report.substeps);
         self.substeps_max = self.substeps_max.max(report.substeps);
         self.pairs.take(report);
+        if let Some(squeezed) = &report.squeezed {
+            self.squeezed.get_or_insert_with(|| (report.frame, squeezed.clone()));
+            self.squeezed_frames += 1;
+        }
     }
 
     /// The whole run. A simulation whose device is `lost` is not asked for its state.
@@ -133,6 +142,7 @@ impl Tally {
         let mut warnings = self.volumes.warnings(scene);
         warnings.extend(self.solves.warning(scene, self.substeps));
         warnings.extend(self.stretched(scene));
+        warnings.extend(self.squeezed(simulation));
         warnings.extend(self.intersected(simulation));
         let slips = |body: &&taffeta::BodyInfo| {
             // From 1 down the body was warned of before.
@@ -148,6 +158,26 @@ impl Tally {
             )
         }));
         warnings
+    }
+
+    /// What to say of surfaces that had no room between colliders.
+    fn squeezed(&self, simulation: &Simulation) -> Option<String> {
+        let (frame, Squeezed { body, vertex, colliders }) = self.squeezed.as_ref()?;
+        let all = simulation.colliders();
+        let name = |&index: &usize| all.get(index).map(|collider| format!("`{}`", collider.name));
+        let names: Vec<String> = colliders.iter().filter_map(name).collect();
+        let between = if names.len() > 1 { "between colliders" } else { "beside collider" };
+        let since = match self.squeezed_frames {
+            1 => String::new(),
+            frames => format!(", the first of {frames} such frames"),
+        };
+        Some(format!(
+            "body `{}`, vertex {vertex} had no room {between} {} in frame {frame}{since}: however near to each other surfaces \
+             came, some may have passed through others there; colliders that leave more room, a smaller \
+             self_collision.thickness or a finer mesh would do",
+            simulation.bodies()[*body].name,
+            names.join(" and ")
+        ))
     }
 
     /// What to say of surfaces that passed through each other, with one of those that still do.

@@ -15,5 +15,5 @@ pub mod tension;
 pub(crate) mod wind;
 
 pub use crate::elements::energy_kinds;
-pub use crate::report::{ElementEnergy, FabricStrain, FrameReport, PinReaction, SolverReport};
+pub use crate::report::{ElementEnergy, FabricStrain, FrameReport, PinReaction, SolverReport, Squeezed};
 pub use bending::bending_factors;

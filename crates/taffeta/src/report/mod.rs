@@ -64,12 +64,26 @@ pub struct FrameReport {
     /// apart, and in the first frame in which they are free; not counted otherwise.
     /// [`Simulation::intersections`](crate::Simulation::intersections) counts them at any time.
     pub intersections: Option<u64>,
+    /// A vertex that had no room between colliders in the frame: surfaces may have passed through each other beside it.
+    pub squeezed: Option<Squeezed>,
     /// What the solver of constraints did; all zero where there are none.
     pub solver: SolverReport,
     /// Joints of seams and pins that are broken at the end of the frame.
     pub broken: u64,
     /// The reaction of each pin of the scene, body by body.
     pub reactions: Vec<PinReaction>,
+}
+
+/// A vertex that colliders which move left no room, however near to each other the surfaces between them came. All numbers are
+/// those of the scene.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Squeezed {
+    /// Its body.
+    pub body: usize,
+    /// The vertex of the body's mesh.
+    pub vertex: usize,
+    /// The colliders that are nearest to it at the end of the frame, nearest first: at most two.
+    pub colliders: Vec<usize>,
 }
 
 /// The force with which a pin holds its nodes.

@@ -43,6 +43,8 @@ pub struct FrameSums {
     pub pairs: PairSums,
     /// Pairs of an edge and a triangle that intersect, if surfaces are being untangled.
     pub intersections: Option<u64>,
+    /// The last node, by solver index, that had no room between colliders.
+    pub squeezed: Option<u32>,
     /// What the solver of constraints did.
     pub solver: SolverReport,
     /// Joints that are broken.

@@ -35,6 +35,7 @@ mod statics;
 mod stopping;
 mod strain;
 mod surfaces;
+mod surfaces_pressed;
 mod surfaces_refined;
 mod surfaces_sewn;
 mod tangled;

@@ -2,8 +2,11 @@
 //!
 //! A collider goes all its way, so a plane between it and cloth that stands still may not exist. Here its motion is made first,
 //! in parts, with all nodes at rest but those in its way: these are pushed along the normal as far as they must, and push others
-//! in their way in turn. Afterwards colliders are at rest, and the filter keeps nodes apart from them as from all else. Only
-//! what is pinned, or between two colliders, cannot give way.
+//! in their way in turn. Afterwards colliders are at rest, and the filter keeps nodes apart from them as from all else.
+//!
+//! Where pushes come to no end, layers lie between colliders, and have to come nearer to each other than pushes keep them: all
+//! nodes are put back, and pushed again with half of each distance left ([`Phase`]). What is pinned, or has no room even then, cannot
+//! give way. There nodes that would pass through another surface of nodes stop, and a collider may pierce what is before it.
 
 use crate::contact::triangles::filter::reach_together;
 use crate::contact::triangles::surfaces::Corners;
@@ -15,8 +18,51 @@ const PART: f64 = 0.5;
 const PARTS: f64 = 64.0;
 /// The longest way along an axis that nodes are pushed in a part, relative to the longest way of a corner in it.
 const LONGEST: f64 = 2.0;
-/// How often nodes that are pushed push others in one part.
+/// Rounds of pushes in one part at most, and how many of them keep most of each distance.
 pub const PUSHES: usize = 64;
+pub const FIRST_PUSHES: usize = 32;
+
+/// What is done in a round of pushes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Nodes are pushed so that most of each distance is left.
+    Push = 0,
+    /// Nodes are put back, for that came to no end.
+    Restart = 1,
+    /// Nodes are pushed so that half of each distance is left.
+    Squeeze = 2,
+    /// Nodes that would pass through another surface of nodes stop, for that came to no end.
+    Stop = 3,
+    Over = 4,
+}
+
+/// What a round of pushes came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Pushed {
+    /// Nothing is in the way.
+    #[default]
+    None = 0,
+    /// What is in the way has gone as far as it may.
+    Stuck = 1,
+    /// Nodes went on.
+    Moved = 2,
+}
+
+impl Phase {
+    /// What is done after a round of this, by its number.
+    pub fn next(self, round: usize, pushed: Pushed) -> Self {
+        let is_enough = |rounds: usize| pushed == Pushed::Stuck || round + 1 >= rounds;
+        match self {
+            Self::Push | Self::Squeeze if pushed == Pushed::None => Self::Over,
+            Self::Push if is_enough(FIRST_PUSHES) => Self::Restart,
+            // One is left for those that stop.
+            Self::Squeeze if is_enough(PUSHES - 1) => Self::Stop,
+            Self::Push => Self::Push,
+            Self::Restart | Self::Squeeze => Self::Squeeze,
+            Self::Stop | Self::Over => Self::Over,
+        }
+    }
+}
 
 /// The longest way of some corners [m].
 pub fn longest_way<T: Real>(corners: &Corners<T>, some: Range<usize>) -> f64 {
@@ -67,6 +113,23 @@ mod tests {
         assert_eq!(farther(farther(a, b), c), [0.1, -0.3, 0.2]);
         assert_eq!(farther(c, farther(b, a)), [0.1, -0.3, 0.2]);
         assert_eq!(farther(b, a), farther(a, b));
+    }
+
+    #[test]
+    fn pushes_that_come_to_no_end_are_over_in_time() {
+        for (pushed, squeezes) in [(Pushed::Moved, 30), (Pushed::Stuck, 1)] {
+            let mut phases = vec![Phase::Push];
+            while phases[phases.len() - 1] != Phase::Over {
+                let round = phases.len() - 1;
+                phases.push(phases[round].next(round, pushed));
+            }
+            let count = |phase| phases.iter().filter(|&&one| one == phase).count();
+            let counts = [Phase::Push, Phase::Restart, Phase::Squeeze, Phase::Stop].map(count);
+            assert_eq!(counts, [if pushed == Pushed::Moved { FIRST_PUSHES } else { 1 }, 1, squeezes, 1]);
+            assert!(phases.len() - 1 <= PUSHES, "{}", phases.len());
+        }
+        assert_eq!(Phase::Push.next(5, Pushed::None), Phase::Over);
+        assert_eq!(Phase::Squeeze.next(40, Pushed::None), Phase::Over);
     }
 
     #[test]

@@ -65,7 +65,8 @@ fn way_of(key: u32) -> f32 {
     return select(-length, length, (key & 1u) == 1u);
 }
 
-/// Pushes the nodes of all pairs of two leaves that would come too near: those of the side that the other drives.
+/// Pushes the nodes of all pairs of two leaves that would come too near: those of the side that the other drives. Or has nodes of pairs
+/// without a collider stop.
 @compute @workgroup_size(64)
 fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
@@ -73,22 +74,28 @@ fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     for (var number = lane; number < leaves.count; number += LEAF_LANES) {
         let one = candidate(number, leaves.counts);
         if matters(one, pair) && rule_of(nodes_of(one.lanes), one.first) == APART {
-            push_side(one, thickness_of(one, leaves.material.x, pair.z > 0u));
+            push_pair(one, thickness_of(one, leaves.material.x, pair.z > 0u));
         }
     }
 }
 
-fn push_side(one: Candidate, thickness: f32) {
+fn push_pair(one: Candidate, thickness: f32) {
     let x = four_before(one.lanes);
     let ends = four_after(one.lanes);
     let moves = array<vec3f, 4>(ends[0] - x[0], ends[1] - x[1], ends[2] - x[2], ends[3] - x[3]);
-    if all(max(max(abs(moves[0]), abs(moves[1])), max(abs(moves[2]), abs(moves[3]))) == vec3f(0.0)) {
-        return;
-    }
     let start = relative_to_last(x, length_of(ZERO));
     let found = closest_of(start, one.first);
+    if counted(PUSH_PHASE) == PHASE_STOP {
+        stop_sides(one, start, moves, found.apart, thickness);
+    } else if any(max(max(abs(moves[0]), abs(moves[1])), max(abs(moves[2]), abs(moves[3]))) != vec3f(0.0)) {
+        push_side(one, start, moves, found, thickness);
+    }
+}
+
+fn push_side(one: Candidate, start: array<vec3f, 4>, moves: array<vec3f, 4>, found: Closest, thickness: f32) {
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
-    let push = push_apart(start, moves, one.first, found.apart, thickness, far);
+    let squeezed = counted(PUSH_PHASE) == PHASE_SQUEEZE;
+    let push = push_apart(start, moves, one.first, found.apart, thickness, far, squeezed);
     if all(push == vec3f(0.0)) {
         return;
     }
@@ -110,30 +117,51 @@ fn push_side(one: Candidate, thickness: f32) {
     }
 }
 
+/// Notes the part of its way that a node may make as a number that is larger for a smaller one, in place of a push along x.
+fn stop_sides(one: Candidate, start: array<vec3f, 4>, moves: array<vec3f, 4>, apart: vec3f, thickness: f32) {
+    let nodes = nodes_of(one.lanes);
+    if max(max(nodes[0], nodes[1]), max(nodes[2], nodes[3])) >= table(NODE_PLACES) {
+        return;
+    }
+    let far = bitcast<f32>(counted(FARTHEST_PLACE));
+    let parts = limits_of(start, moves, one.first, apart, thickness, far, false);
+    for (var i = 0u; i < 4u; i++) {
+        if parts[i] < 1.0 {
+            atomicMax(&surface_work[push_at(0u, nodes[i])], bitcast<u32>(1.0) - bitcast<u32>(parts[i]));
+        }
+    }
+}
+
 fn push_node(node: u32, push: vec3f) {
     for (var axis = 0u; axis < 3u; axis++) {
         atomicMax(&surface_work[push_at(axis, node)], push_key(push[axis]));
     }
 }
 
-/// Has nodes go on along each axis by the most that was sent to them.
+/// Has nodes go on along each axis by the most that was sent to them; or puts them back, or has them stop.
 @compute @workgroup_size(256)
 fn take_pushes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let place = node_of(id, lane);
     if place >= table(NODE_PLACES) || !has_surface(place) {
         return;
     }
-    let push = vec3f(
-        way_of(counted(push_at(0u, place))), way_of(counted(push_at(1u, place))), way_of(counted(push_at(2u, place))),
-    );
+    let sent = vec3u(counted(push_at(0u, place)), counted(push_at(1u, place)), counted(push_at(2u, place)));
     for (var axis = 0u; axis < 3u; axis++) {
         set_counted(push_at(axis, place), 0u);
     }
     let way = place_at(TARGET, place);
-    let most = vec3f(substeps[own()].longest_push);
-    let new_way = max(min(way + push, most), -most);
-    if any(new_way != way) {
-        set_counted(PUSHED, 1u);
+    let phase = counted(PUSH_PHASE);
+    var new_way = vec3f(0.0);
+    if phase == PHASE_STOP {
+        new_way = way * bitcast<f32>(bitcast<u32>(1.0) - sent.x);
+    } else if phase != PHASE_RESTART {
+        let push = vec3f(way_of(sent.x), way_of(sent.y), way_of(sent.z));
+        let most = vec3f(substeps[own()].longest_push);
+        new_way = max(min(way + push, most), -most);
+        if any(push != vec3f(0.0)) {
+            let came_to = select(PUSHED_STUCK, PUSHED_ON, any(new_way != way));
+            atomicMax(&surface_work[PUSHED], (came_to << PUSHED_SHIFT) | place);
+        }
     }
     put_place(TARGET, place, new_way);
     put_place(AFTER, place, place_at(BEFORE, place) + new_way);

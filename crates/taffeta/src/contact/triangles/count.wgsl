@@ -40,8 +40,9 @@ const IMPULSES: u32 = 12u;
 const MOST_FILTER_ROUNDS: u32 = 64u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 const JAMS: u32 = 16u;
-/// How often nodes that are pushed may push others in a part of the motion of colliders.
+/// Rounds of pushes in a part of the motion of colliders at most, and how many of them keep most of each distance.
 const PUSHES: u32 = 64u;
+const FIRST_PUSHES: u32 = 32u;
 
 /// Workgroups of a command, in rows as dispatches have them.
 fn put_groups(command: u32, groups: u32) {
@@ -207,21 +208,42 @@ fn count_carried() {
     put_each(ON_TAKE, select(0u, table(NODE_PLACES), goes_on));
     set_counted(PUSH_ROUND, 0u);
     set_counted(PUSHED, 0u);
+    set_counted(PUSH_PHASE, PHASE_PUSH);
+}
+
+/// What is done after a round of pushes, by its number and what it came to.
+fn phase_after(phase: u32, round: u32, pushed: u32) -> u32 {
+    let is_stuck = pushed == PUSHED_STUCK;
+    if phase == PHASE_PUSH && pushed != PUSHED_NONE {
+        return select(PHASE_PUSH, PHASE_RESTART, is_stuck || round + 1u >= FIRST_PUSHES);
+    }
+    if phase == PHASE_RESTART {
+        return PHASE_SQUEEZE;
+    }
+    if phase == PHASE_SQUEEZE && pushed != PUSHED_NONE {
+        // One is left for those that stop.
+        return select(PHASE_SQUEEZE, PHASE_STOP, is_stuck || round + 1u >= PUSHES - 1u);
+    }
+    return PHASE_OVER;
 }
 
 /// Nodes are pushed: they may push others.
 fn count_pushes() {
-    let next = counted(PUSH_ROUND) + 1u;
-    let any = counted(PUSHED) > 0u;
-    if any && next < PUSHES {
-        need(MOST_PUSHES, next + 1u, table(PUSH_ROOM), 16u);
+    let round = counted(PUSH_ROUND);
+    let pushed = counted(PUSHED);
+    let phase = phase_after(counted(PUSH_PHASE), round, pushed >> PUSHED_SHIFT);
+    if phase == PHASE_STOP {
+        atomicMax(&surface_work[SQUEEZED], (pushed & ((1u << PUSHED_SHIFT) - 1u)) + 1u);
     }
-    if !any {
+    if phase == PHASE_OVER {
         put_groups(ON_PUSH, 0u);
         put_groups(ON_TAKE, 0u);
+    } else {
+        need(MOST_PUSHES, round + 2u, table(PUSH_ROOM), 16u);
     }
-    set_counted(PUSH_ROUND, next);
+    set_counted(PUSH_ROUND, round + 1u);
     set_counted(PUSHED, 0u);
+    set_counted(PUSH_PHASE, phase);
 }
 
 @compute @workgroup_size(256)

@@ -29,6 +29,13 @@ pub const LEFT: f64 = 1.0 - SHARE;
 /// Part of the thickness that a collider which moves leaves to what is in its way.
 pub const ROOM_BEFORE: f64 = 0.5;
 
+/// Part of its distance, and part of twice the least distance, that a pair keeps which is squeezed. Much nearer than that rounding
+/// turns the normal too far for anything to be told.
+pub const SQUEEZED_PART: f64 = 0.5;
+pub const SQUEEZED_FLOOR: f64 = 0.25;
+/// A pair that is squeezed goes so little farther apart than it must that others keep their room.
+pub const SQUEEZED_AHEAD: f64 = 0.98;
+
 /// Stretch up to which the filter keeps its least distance of edges.
 pub const STRETCH: f64 = 2.0;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
@@ -122,12 +129,14 @@ fn floor<T: Real>(extent: T, thickness: T, far: T) -> T {
 
 /// Where the first side of a pair, given as for [`limits`], must go [m] so that its sides end as far apart along their normal as a
 /// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness, nor any nearer
-/// than twice the least distance: pushes come in every sub-step. `None` if they do without it.
+/// than twice the least distance: pushes come in every sub-step. Sides that are `squeezed` come nearer than that, for there is no
+/// room. `None` if they do without it.
 pub fn push_apart<T: Real, P: Pair>(
     x: [[T; 3]; 4],
     moves: [[T; 3]; 4],
     apart: [T; 3],
     (thickness, far): (T, T),
+    squeezed: bool,
 ) -> Option<[T; 3]> {
     let length = norm(apart);
     let normal = scale(apart, T::ONE / if length > T::TINY { length } else { T::ONE });
@@ -140,14 +149,17 @@ pub fn push_apart<T: Real, P: Pair>(
     let after = [0, 1, 2, 3].map(|i| before[i] + dot(normal, moves[i]));
     let extent = x.iter().flatten().fold(T::ZERO, |most, x| most.max(x.abs()));
     let (before, after) = (gap(before), gap(after));
-    let least = T::from_f64(LEFT) * before + T::from_f64(2.0) * floor(extent, thickness, far);
+    let twice = T::from_f64(2.0) * floor(extent, thickness, far);
+    let least = T::from_f64(LEFT) * before + twice;
     let kept = T::from_f64(ROOM_BEFORE) * thickness;
     let wanted = if least > kept { least } else { kept };
-    let is_least = before < T::from_f64(2.0) * floor(extent, thickness, far);
-    let as_before = T::from_f64(if is_least { 1.0 } else { SHARE }) * before;
+    let twice = if squeezed { T::from_f64(SQUEEZED_FLOOR) * twice } else { twice };
+    let twice = if before < twice { before } else { twice };
+    let part = T::from_f64(if squeezed { SQUEEZED_PART } else { SHARE }) * before;
+    let as_before = if part > twice { part } else { twice };
     let wanted = if as_before < wanted { as_before } else { wanted };
     // It goes a little farther than it must, so that once is enough.
-    let missing = wanted / T::from_f64(SHARE) - after;
+    let missing = wanted / T::from_f64(if squeezed { SQUEEZED_AHEAD } else { SHARE }) - after;
     (before > T::ZERO && after < wanted).then(|| scale(normal, missing))
 }
 
@@ -251,13 +263,19 @@ mod tests {
             let x = crate::contact::triangles::closest::tests::four(&mut random);
             let moves = [[0.0; 3]; 4].map(|way| way.map(|_: f64| 0.2 * (random.unit() - 0.5)));
             let between = EdgeEdge::closest(x).apart;
-            let push = push_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0));
+            let push = push_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0), false);
             let ends = push.is_none();
             let found = limits::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0), true);
             apart += u32::from(ends);
             if let Some(push) = push {
                 let pushed = [add(moves[0], push), add(moves[1], push), moves[2], moves[3]];
-                let again = push_apart::<f64, EdgeEdge>(x, pushed, between, (THICK, 1.0));
+                let again = push_apart::<f64, EdgeEdge>(x, pushed, between, (THICK, 1.0), false);
+                assert_eq!(again, None, "once is enough: {x:?} {moves:?}");
+            }
+            if let Some(squeezed) = push_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0), true) {
+                assert!(push.is_some_and(|push| norm(squeezed) < norm(push)), "{x:?} {moves:?}");
+                let pushed = [add(moves[0], squeezed), add(moves[1], squeezed), moves[2], moves[3]];
+                let again = push_apart::<f64, EdgeEdge>(x, pushed, between, (THICK, 1.0), true);
                 assert_eq!(again, None, "once is enough: {x:?} {moves:?}");
             }
             // Who is nearer than the least distance already only must not come nearer.
@@ -266,15 +284,20 @@ mod tests {
         assert!((10_000..19_900).contains(&apart), "{apart}");
         // Nearer than half the thickness, it must stay about as far, and as far where next to nothing is left: colliders push in
         // every sub-step, and a part of what is left each time would soon be nothing.
-        let apart = |height: f64, down: f64| {
+        let squeezed = |height: f64, down: f64, squeezed: bool| {
             let mut x = above();
             x[0][1] = height;
             let moves = [[0.0, -down, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]];
-            push_apart::<f64, VertexTriangle>(x, moves, VertexTriangle::closest(x).apart, (THICK, 1.0))
-                .is_none()
+            let apart = VertexTriangle::closest(x).apart;
+            push_apart::<f64, VertexTriangle>(x, moves, apart, (THICK, 1.0), squeezed).is_none()
         };
+        let apart = |height: f64, down: f64| squeezed(height, down, false);
         assert!(apart(0.04, 0.0059) && !apart(0.04, 0.0061));
         assert!(apart(1e-3, -1e-7) && !apart(1e-3, 1e-7));
+        // The least distance here is 4e-3. Without room half of each distance may be lost, down to half the least.
+        assert!(squeezed(0.04, 0.0199, true) && !squeezed(0.04, 0.0201, true));
+        assert!(squeezed(3e-3, 0.99e-3, true) && !squeezed(3e-3, 1.01e-3, true));
+        assert!(squeezed(1e-3, -1e-7, true) && !squeezed(1e-3, 1e-7, true));
     }
 
     /// Pairs that are driven at random, in 32 bits and far from the origin, never meet: a plane parts them before and after

@@ -11,6 +11,11 @@ const PLANE_LEFT: f32 = 0.15;
 const SHARE: f32 = 0.85;
 /// Part of the thickness that a collider which moves leaves to what is in its way.
 const ROOM_BEFORE: f32 = 0.5;
+/// Part of its distance, and part of twice the least distance, that a pair keeps which is squeezed, and by what it goes farther apart
+/// than it must.
+const SQUEEZED_PART: f32 = 0.5;
+const SQUEEZED_FLOOR: f32 = 0.25;
+const SQUEEZED_AHEAD: f32 = 0.98;
 /// The least distance to the plane: relative to the extent of a pair, in units in the last place, and at most relative to the
 /// thickness.
 const SLENDER: f32 = 4e-3;
@@ -26,7 +31,8 @@ fn floor_of(extent: f32, thickness: f32, far: f32) -> f32 {
 
 /// Where the first side of a pair, given as for `limits_of`, must go [m] so that its sides end as far apart along their normal as a
 /// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness, nor any nearer
-/// than twice the least distance: pushes come in every sub-step. 0 if they do without it.
+/// than twice the least distance: pushes come in every sub-step. Sides that are `squeezed` come nearer than that, for there is no
+/// room. 0 if they do without it.
 fn push_apart(
     x: array<vec3f, 4>,
     moves: array<vec3f, 4>,
@@ -34,6 +40,7 @@ fn push_apart(
     apart: vec3f,
     thickness: f32,
     far: f32,
+    squeezed: bool,
 ) -> vec3f {
     let length = norm3(apart);
     let normal = apart * (1.0 / select(1.0, length, length > TINY));
@@ -55,12 +62,13 @@ fn push_apart(
     }
     let before = low - high;
     let after = low_end - high_end;
-    let least = PLANE_LEFT * before + 2.0 * floor_of(extent, thickness, far);
-    let is_least = before < 2.0 * floor_of(extent, thickness, far);
-    let as_before = select(SHARE, 1.0, is_least) * before;
+    let twice = 2.0 * floor_of(extent, thickness, far);
+    let least = PLANE_LEFT * before + twice;
+    let kept_at_least = min(before, select(twice, SQUEEZED_FLOOR * twice, squeezed));
+    let as_before = max(select(SHARE, SQUEEZED_PART, squeezed) * before, kept_at_least);
     let wanted = min(as_before, max(least, ROOM_BEFORE * thickness));
     // It goes a little farther than it must, so that once is enough.
-    let missing = wanted / SHARE - after;
+    let missing = wanted / select(SHARE, SQUEEZED_AHEAD, squeezed) - after;
     return select(vec3f(0.0), normal * missing, before > 0.0 && after < wanted);
 }
 

@@ -459,7 +459,7 @@ impl Feature for TriangleContact {
     fn start_frame(&mut self, gpu: &Gpu) {
         self.substeps = 0;
         self.intersections = None;
-        self.lists.work.write(gpu, layout::SHORT, &[0; layout::MOST_WAY_TAKEN + 1 - layout::SHORT]);
+        self.lists.work.write(gpu, layout::SHORT, &[0; layout::SQUEEZED + 1 - layout::SHORT]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
@@ -476,6 +476,7 @@ impl Feature for TriangleContact {
             return Ok(());
         }
         sums.pairs.searches += self.substeps;
+        sums.squeezed = counted(layout::SQUEEZED).checked_sub(1);
         sums.pairs.pairs += u64::from(counted(layout::CONTACTS));
         if counted(layout::CONTACTS) > 0 {
             let nearest = f64::from(f32::from_bits(counted(layout::NEAREST)));

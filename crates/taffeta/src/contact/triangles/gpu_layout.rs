@@ -153,7 +153,9 @@ words! {
     MOST_PUSHES = 28;
     WAY_TAKEN = 29;
     MOST_WAY_TAKEN = 30;
-    LISTS = 32;
+    SQUEEZED = 31;
+    PUSH_PHASE = 32;
+    LISTS = 33;
     STAMPS = 32;
     // Which pairs of leaves are listed.
     NEAR = 0;
@@ -161,6 +163,8 @@ words! {
     ALL = 2;
     CARRIED = 3;
     SOLVED = 4;
+    // Bits of a node in what a round of pushes came to.
+    PUSHED_SHIFT = 30;
     // What is counted by a command.
     COUNT_PAIRS = 0;
     COUNT_CONTACTS = 1;

@@ -2,12 +2,12 @@
 
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
+use crate::contact::triangles::carry::{Phase, Pushed};
 use crate::contact::triangles::gpu::order_of;
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::parity_scene::fixture;
 use crate::contact::triangles::parity_stages::{Before, ROOM, Solving};
 use crate::contact::triangles::twin::Twin;
-use crate::contact::triangles::twin_carry::way_of;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, NONE};
 use crate::parity::bench::{Bench, Given, Written};
@@ -81,10 +81,20 @@ pub const ROWS: &[Row] = &[
         })
     }),
     row("push_nodes", 4096.0, FOUND, |bench| {
-        each(bench, "push_nodes", &[Before::Push, Before::NextPush], |twin, _| twin.push_nodes())
+        each(
+            bench,
+            "push_nodes",
+            &[Before::Push, Before::NextPush, Before::Squeeze, Before::Stop],
+            |twin, _| twin.push_nodes(),
+        )
     }),
     row("take_pushes", 64.0, MOVED, |bench| {
-        each(bench, "take_pushes", &[Before::TakePushes], |twin, _| twin.take_pushes())
+        each(
+            bench,
+            "take_pushes",
+            &[Before::Stuck, Before::TakePushes, Before::Restart, Before::TakeStops],
+            |twin, _| twin.take_pushes(),
+        )
     }),
     row("measure_ways", 64.0, MOVED, |bench| {
         each(bench, "measure_ways", &[Before::Measure, Before::NextRound], |twin, _| twin.measure_ways())
@@ -398,14 +408,14 @@ fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
     let [parts, of_found] = [wanted, found]
         .map(|twin| twin.work[limits.clone()].iter().map(|&bits| f32::from_bits(bits)).collect::<Vec<_>>());
     written.outcome().compare("limits", &parts, &of_found);
-    // Where colliders push nodes, the first lists are keys of ways.
+    // Where colliders push nodes, the first lists are keys of ways, or parts of ways.
     let ways = if wanted.work[layout::LISTED] == layout::CARRIED as u32 {
         wanted.list(0)..wanted.list(3)
     } else {
         0..0
     };
     let [pushes, of_found] = [wanted, found]
-        .map(|twin| twin.work[ways.clone()].iter().map(|&key| way_of(key)).collect::<Vec<_>>());
+        .map(|twin| twin.work[ways.clone()].iter().map(|&key| twin.sent(key)).collect::<Vec<_>>());
     written.outcome().compare("pushes", &pushes, &of_found);
     let numbers = |twin: &Twin| {
         let mut all = twin.work.clone();
@@ -463,6 +473,12 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
 
 /// All that is counted, with numbers on both sides of what is asked.
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
+    const STUCK: u32 = (Pushed::Stuck as u32) << layout::PUSHED_SHIFT;
+    const ON: u32 = (Pushed::Moved as u32) << layout::PUSHED_SHIFT;
+    const RESTART: u32 = Phase::Restart as u32;
+    const SQUEEZE: u32 = Phase::Squeeze as u32;
+    const STOP: u32 = Phase::Stop as u32;
+    const OVER: u32 = Phase::Over as u32;
     let cases: &[(usize, &[(usize, u32)])] = &[
         (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM)]),
         (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM + 1), (layout::MOST_PAIRS, ROOM + 100)]),
@@ -485,11 +501,35 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_PART, &[(layout::CORNER_PART, 2), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
         (layout::COUNT_PART, &[(layout::CORNER_PART, 3)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
+        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_PHASE, OVER)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 5)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 6)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, STUCK | 7), (layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 30)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 31)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 32), (layout::PUSH_PHASE, RESTART)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE)]),
+        (
+            layout::COUNT_PUSHES,
+            &[(layout::PUSHED, STUCK | 7), (layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE)],
+        ),
+        (
+            layout::COUNT_PUSHES,
+            &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 61), (layout::PUSH_PHASE, SQUEEZE)],
+        ),
+        (
+            layout::COUNT_PUSHES,
+            &[
+                (layout::PUSHED, ON | 7),
+                (layout::PUSH_ROUND, 62),
+                (layout::PUSH_PHASE, SQUEEZE),
+                (layout::SQUEEZED, 3),
+            ],
+        ),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 63), (layout::PUSH_PHASE, STOP)]),
         (layout::COUNT_SOLVED, &[(layout::IS_ODD, 0)]),
         (layout::COUNT_SOLVED, &[(layout::IS_ODD, 1)]),
         (

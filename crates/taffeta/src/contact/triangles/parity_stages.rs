@@ -1,5 +1,6 @@
 //! The arrays of contact of surfaces before each kernel, as rows compare them.
 
+use crate::contact::triangles::carry::Phase;
 use crate::contact::triangles::gpu_layout::{
     self as layout, FORCE_RECORDS, LEVELS, SolvedContact, SurfaceContact,
 };
@@ -34,8 +35,13 @@ pub enum Before {
     Far,
     Corners,
     Push,
+    Stuck,
     TakePushes,
     NextPush,
+    Squeeze,
+    Restart,
+    Stop,
+    TakeStops,
     NextCorners,
     AtRest,
     Measure,
@@ -287,12 +293,32 @@ impl Twin {
                 self.put(layout::TARGET, place, [0.3 * most, 0.9 * most, -most]);
             }
         }
+        if kernel == Before::Stuck {
+            // All have been pushed as far as they may be.
+            for place in 0..self.table(layout::NODE_PLACES) {
+                let sent = [0, 1, 2].map(|axis| self.sent(self.work[self.list(axis) + place]));
+                let most = self.corners.longest_push;
+                let as_far = |push: f32| if push == 0.0 { 0.0 } else { most.copysign(push) };
+                self.put(layout::TARGET, place, sent.map(as_far));
+            }
+        }
         match kernel {
             Before::NextPush => self.work[layout::PUSHED] = 0,
+            Before::Squeeze => self.begin_phase(Phase::Squeeze),
+            Before::Restart => self.begin_phase(Phase::Restart),
+            Before::Stop => self.begin_phase(Phase::Stop),
+            Before::TakeStops => {
+                self.begin_phase(Phase::Stop);
+                self.push_nodes();
+            }
             Before::NextCorners => self.work[layout::CORNER_PART] = 2,
             Before::AtRest => self.work[layout::CORNER_PART] = self.corners.parts + 1,
             _ => {}
         }
+    }
+
+    fn begin_phase(&mut self, phase: Phase) {
+        (self.work[layout::PUSHED], self.work[layout::PUSH_PHASE]) = (0, phase as u32);
     }
 
     /// The same in the filter. In a later round of it some nodes are held back already.

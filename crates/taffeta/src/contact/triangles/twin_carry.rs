@@ -1,8 +1,8 @@
 //! What is in the way of colliders, as rows compare it: carry.wgsl one number after the other.
 
-use crate::contact::triangles::carry::{farther, go_on};
+use crate::contact::triangles::carry::{Phase, Pushed, farther, go_on};
 use crate::contact::triangles::closest::{EdgeEdge, VertexTriangle};
-use crate::contact::triangles::filter::push_apart;
+use crate::contact::triangles::filter::{limits, push_apart};
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::tangle::Rule;
 use crate::contact::triangles::twin::Twin;
@@ -10,7 +10,7 @@ use crate::contact::triangles::twin_find::{Four3, closest, relative};
 use crate::real::{add, dot, scale, sub};
 
 /// A component of a push by the number that kernels compare.
-pub fn way_of(key: u32) -> f32 {
+fn way_of(key: u32) -> f32 {
     if key & 1 == 1 { f32::from_bits(key >> 1) } else { -f32::from_bits(key >> 1) }
 }
 
@@ -19,6 +19,14 @@ fn key_of(way: f32) -> u32 {
 }
 
 impl Twin {
+    /// What was sent to a node, by the number that kernels compare: a component of a push, or what is left of 1 when it stops.
+    pub fn sent(&self, key: u32) -> f32 {
+        match self.phase() {
+            Phase::Stop => 1.0 - f32::from_bits(1_f32.to_bits() - key),
+            _ => way_of(key),
+        }
+    }
+
     /// Where a corner of a collider is at both ends of the sub-step.
     pub fn corner_ends(&self, place: usize) -> [[f32; 3]; 2] {
         let corners = self.corners.corners.len() / 2;
@@ -59,6 +67,8 @@ impl Twin {
     pub fn push_nodes(&mut self) {
         let mut pushes = vec![[0.0; 3]; self.nodes()];
         let far = self.number(layout::FARTHEST_PLACE);
+        let phase = self.phase();
+        let squeezed = phase == Phase::Squeeze;
         for at in 0..self.work[layout::PAIRS] as usize {
             for (one, nodes, thickness) in self.touching(self.pairs[at]) {
                 if self.rule(nodes, one.first) != Rule::Apart {
@@ -69,9 +79,20 @@ impl Twin {
                 let moves: Four3 = std::array::from_fn(|i| sub(ends[i], x[i]));
                 let x = relative(x);
                 let found = closest(x, one.first);
+                let size = (thickness, far);
+                if phase == Phase::Stop {
+                    let parts = match one.first {
+                        1 => limits::<f32, VertexTriangle>(x, moves, found.apart, size, false).parts,
+                        _ => limits::<f32, EdgeEdge>(x, moves, found.apart, size, false).parts,
+                    };
+                    if nodes.iter().all(|&node| node < self.nodes()) {
+                        self.stop(nodes, parts);
+                    }
+                    continue;
+                }
                 let push = match one.first {
-                    1 => push_apart::<f32, VertexTriangle>(x, moves, found.apart, (thickness, far)),
-                    _ => push_apart::<f32, EdgeEdge>(x, moves, found.apart, (thickness, far)),
+                    1 => push_apart::<f32, VertexTriangle>(x, moves, found.apart, size, squeezed),
+                    _ => push_apart::<f32, EdgeEdge>(x, moves, found.apart, size, squeezed),
                 };
                 let Some(push) = push.filter(|_| moves != [[0.0; 3]; 4]) else { continue };
                 let moved = |i: usize| scale(moves[i], found.weights[i]);
@@ -98,13 +119,33 @@ impl Twin {
         }
     }
 
+    /// Notes what part of their way the nodes of a pair may make.
+    fn stop(&mut self, nodes: [usize; 4], parts: [f32; 4]) {
+        for (node, part) in nodes.into_iter().zip(parts) {
+            let at = self.list(0) + node;
+            self.work[at] = self.work[at].max(1_f32.to_bits() - part.to_bits());
+        }
+    }
+
     pub fn take_pushes(&mut self) {
+        let phase = self.phase();
         for place in self.surface_nodes() {
-            let at = [0, 1, 2].map(|axis| self.list(axis) + place);
-            let push = at.map(|at| way_of(std::mem::take(&mut self.work[at])));
+            let sent = [0, 1, 2].map(|axis| {
+                let at = self.list(axis) + place;
+                std::mem::take(&mut self.work[at])
+            });
+            let push = sent.map(way_of);
             let way = self.place(layout::TARGET, place);
-            let new = go_on(way, push, self.corners.longest_push);
-            self.work[layout::PUSHED] |= u32::from(new != way);
+            let new = match phase {
+                Phase::Restart => [0.0; 3],
+                Phase::Stop => scale(way, f32::from_bits(1_f32.to_bits() - sent[0])),
+                _ => go_on(way, push, self.corners.longest_push),
+            };
+            if push != [0.0; 3] && ![Phase::Restart, Phase::Stop].contains(&phase) {
+                let came_to = if new == way { Pushed::Stuck } else { Pushed::Moved };
+                let word = (came_to as u32) << layout::PUSHED_SHIFT | place as u32;
+                self.work[layout::PUSHED] = self.work[layout::PUSHED].max(word);
+            }
             self.put(layout::TARGET, place, new);
             self.put(layout::AFTER, place, add(self.place(layout::BEFORE, place), new));
         }

@@ -1,6 +1,6 @@
 //! What is counted of contact of surfaces, as rows compare it: count.wgsl one number after the other.
 
-use crate::contact::triangles::carry::PUSHES;
+use crate::contact::triangles::carry::{Phase, Pushed};
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::impulse::SINKS;
@@ -105,18 +105,32 @@ impl Twin {
         };
         self.put_groups(layout::ON_PUSH, pairs);
         self.put_each(layout::ON_TAKE, self.nodes(), goes_on);
-        (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (0, 0);
+        for word in [layout::PUSH_ROUND, layout::PUSHED, layout::PUSH_PHASE] {
+            self.work[word] = 0;
+        }
+    }
+
+    /// What is done in this round of pushes.
+    pub fn phase(&self) -> Phase {
+        [Phase::Push, Phase::Restart, Phase::Squeeze, Phase::Stop, Phase::Over]
+            [self.work[layout::PUSH_PHASE] as usize]
     }
 
     fn count_pushes(&mut self) {
-        let next = self.work[layout::PUSH_ROUND] + 1;
-        if self.work[layout::PUSHED] == 0 {
+        let (round, pushed) = (self.work[layout::PUSH_ROUND], std::mem::take(&mut self.work[layout::PUSHED]));
+        let came_to = [Pushed::None, Pushed::Stuck, Pushed::Moved][(pushed >> layout::PUSHED_SHIFT) as usize];
+        let phase = self.phase().next(round as usize, came_to);
+        if phase == Phase::Stop {
+            let node = pushed & ((1 << layout::PUSHED_SHIFT) - 1);
+            self.work[layout::SQUEEZED] = self.work[layout::SQUEEZED].max(node + 1);
+        }
+        if phase == Phase::Over {
             self.put_groups(layout::ON_PUSH, 0);
             self.put_groups(layout::ON_TAKE, 0);
-        } else if (next as usize) < PUSHES {
-            self.need(layout::MOST_PUSHES, next + 1, layout::PUSH_ROOM, 16);
+        } else {
+            self.need(layout::MOST_PUSHES, round + 2, layout::PUSH_ROOM, 16);
         }
-        (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (next, 0);
+        (self.work[layout::PUSH_ROUND], self.work[layout::PUSH_PHASE]) = (round + 1, phase as u32);
     }
 
     fn count_ways(&mut self) {

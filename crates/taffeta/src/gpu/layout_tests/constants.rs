@@ -16,6 +16,7 @@ use crate::contact::colliders::shape::{
 };
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
+use crate::contact::triangles::carry::{Phase, Pushed};
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
 use crate::contact::triangles::{carry, cones, filter, impulse, solved};
@@ -103,6 +104,18 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("SHARE", filter::SHARE),
         ("ROOM_BEFORE", filter::ROOM_BEFORE),
         ("PUSHES", carry::PUSHES as f64),
+        ("FIRST_PUSHES", carry::FIRST_PUSHES as f64),
+        ("PHASE_PUSH", f64::from(Phase::Push as u32)),
+        ("PHASE_RESTART", f64::from(Phase::Restart as u32)),
+        ("PHASE_SQUEEZE", f64::from(Phase::Squeeze as u32)),
+        ("PHASE_STOP", f64::from(Phase::Stop as u32)),
+        ("PHASE_OVER", f64::from(Phase::Over as u32)),
+        ("PUSHED_NONE", f64::from(Pushed::None as u32)),
+        ("PUSHED_STUCK", f64::from(Pushed::Stuck as u32)),
+        ("PUSHED_ON", f64::from(Pushed::Moved as u32)),
+        ("SQUEEZED_PART", filter::SQUEEZED_PART),
+        ("SQUEEZED_FLOOR", filter::SQUEEZED_FLOOR),
+        ("SQUEEZED_AHEAD", filter::SQUEEZED_AHEAD),
         ("PUSH_REACH", f64::from(carry::reach_of_pushes(1.0) as f32)),
         ("MOST_OF_GAP", filter::SHARE * (1.0 - filter::LEAST)),
         ("LEAST_SHARE", filter::LEAST),

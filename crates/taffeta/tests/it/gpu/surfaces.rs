@@ -2,6 +2,7 @@
 
 use super::{STEP, kept, on_gpu, soft, with};
 use crate::common::{build_as, farthest, positions, run};
+use crate::surfaces_pressed::pressed;
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::{
     Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Rotation, Scene, Seam,
@@ -104,6 +105,21 @@ fn cloth_that_is_thrown_is_held_back_as_on_the_cpu() {
     let most = are_alike(&mut cpu, &mut gpu, 8);
     assert!(most > 30 && cpu.report().substeps > 2, "{most} {}", cpu.report().substeps);
     go_on_from_snapshots(&scene, &mut cpu, &gpu);
+}
+
+/// Pushes of colliders that move come to no end, so that nodes stop and are told of.
+#[test]
+fn layers_without_room_are_pressed_as_on_the_cpu() {
+    let springs = |body: Body| body.with_mass(Mass::Node(0.002)).structural(20.0, 0.01).shear(8.0, 0.005);
+    let scene = pressed(2, 0.001, 0.01, springs).time(STEP / 2.0, STEP / 8.0);
+    let (mut cpu, mut gpu) = both(&scene);
+    let mut squeezed = 0;
+    for _ in 0..5 {
+        are_alike(&mut cpu, &mut gpu, 1);
+        assert_eq!(cpu.report().squeezed, gpu.report().squeezed);
+        squeezed += u32::from(cpu.report().squeezed.is_some());
+    }
+    assert!(squeezed > 0);
 }
 
 #[test]

@@ -1,16 +1,17 @@
 //! Colliders that move, on the CPU.
 
-use super::{TriangleContact, read};
+use super::{Scratch, TriangleContact, read};
 use crate::contact::triangles::carry::{
-    PUSHES, farther, go_on, longest_push, longest_way, parts_of, reach_of_pushes,
+    Phase, Pushed, farther, go_on, longest_push, longest_way, parts_of, reach_of_pushes,
 };
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::cpu::motion::Motion;
-use crate::contact::triangles::cpu::narrow_phase::Close;
+use crate::contact::triangles::cpu::narrow_phase::{Close, by_sixteen};
 use crate::contact::triangles::filter::push_apart;
 use crate::contact::triangles::surfaces::{Corners, Kind};
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
+use std::sync::atomic::Ordering;
 
 /// A node, and the way that it is pushed [m].
 pub type Push<T> = (u32, [T; 3]);
@@ -31,26 +32,73 @@ impl<T: Real> TriangleContact<T> {
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
             self.look(worker, None, reach_of_pushes(longest));
-            for _ in 0..PUSHES {
-                self.send_pushes(worker, T::from_f64(far));
-                worker.synchronise();
-                let moved = self.take_pushes(worker, T::from_f64(longest));
-                // SAFETY: its own; all read after the barrier, and it is written again after another.
-                unsafe { self.found.item(worker.index) }.held = u64::from(moved);
-                worker.synchronise();
-                // SAFETY: as above.
-                let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
-                worker.synchronise();
-                if !any {
-                    break;
-                }
-            }
+            self.push(worker, far, longest);
             self.each_run(worker, |run| {
                 run.for_each(|place| self.put(&self.before, place, self.get(&self.after, place)));
             });
         }
         self.rest_corners(worker);
         true
+    }
+
+    /// Has nodes that are in the way of corners give way in a part of the motion, each at most `longest` [m] along an axis.
+    fn push(&self, worker: &Worker<'_, T>, far: f64, longest: f64) {
+        let mut phase = Phase::Push;
+        for round in 0.. {
+            let mut pushed = (Pushed::None, 0);
+            match phase {
+                Phase::Push | Phase::Squeeze => {
+                    self.send_pushes(worker, T::from_f64(far), phase == Phase::Squeeze);
+                    worker.synchronise();
+                    pushed = self.take_pushes(worker, T::from_f64(longest));
+                }
+                Phase::Restart => self.restart(worker),
+                Phase::Stop => self.stop(worker, far),
+                Phase::Over => break,
+            }
+            // SAFETY: its own; all read after the barrier, and it is written again after another.
+            unsafe { self.found.item(worker.index) }.pushed = pushed;
+            worker.synchronise();
+            // SAFETY: as above.
+            let found = unsafe { self.found.read() };
+            let (pushed, node) = found.iter().fold((Pushed::None, 0), |all, found| all.max(found.pushed));
+            phase = phase.next(round, pushed);
+            if phase == Phase::Stop {
+                let squeezed = &mut self.scratch(worker).squeezed;
+                *squeezed = Some(node).max(*squeezed);
+            }
+            worker.synchronise();
+        }
+    }
+
+    /// Puts a worker's nodes back.
+    fn restart(&self, worker: &Worker<'_, T>) {
+        self.each_run(worker, |run| {
+            for place in run {
+                self.put(&self.target, place, [T::ZERO; 3]);
+                self.put(&self.after, place, self.get(&self.before, place));
+            }
+        });
+    }
+
+    /// Has nodes stop before planes between the sides of pairs without a collider.
+    fn stop(&self, worker: &Worker<'_, T>, far: f64) {
+        let Scratch { close, memory, .. } = self.scratch(worker);
+        let is_node = |place: &u32| (*place as usize) < self.surfaces.places;
+        memory.close.clear();
+        memory.close.extend(close.iter().flatten().filter(|pair| pair.nodes.iter().all(is_node)).cloned());
+        for sixteen in by_sixteen(&memory.close) {
+            self.limit(worker, &sixteen, (far, false));
+        }
+        worker.synchronise();
+        self.each_run(worker, |run| {
+            for place in run {
+                let part = self.parts[place].swap(1_f64.to_bits(), Ordering::Relaxed);
+                let way = scale(self.get(&self.target, place), T::from_f64(f64::from_bits(part)));
+                self.put(&self.target, place, way);
+                self.put(&self.after, place, add(self.get(&self.before, place), way));
+            }
+        });
     }
 
     /// How far corners go, and the largest coordinate.
@@ -89,8 +137,8 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Sends ways to the nodes of all pairs that would come too near: those of the side that drives the other.
-    fn send_pushes(&self, worker: &Worker<'_, T>, far: T) {
+    /// Sends ways to the nodes of all pairs that would come too near: those of the side that the other drives.
+    fn send_pushes(&self, worker: &Worker<'_, T>, far: T, squeezed: bool) {
         let workers = self.found.len();
         for kind in Kind::ALL {
             for to in 0..workers {
@@ -99,8 +147,8 @@ impl<T: Real> TriangleContact<T> {
             }
             for close in &self.scratch(worker).close[kind as usize] {
                 let pushed = match kind {
-                    Kind::VertexTriangle => self.pushed::<VertexTriangle>(close, far),
-                    Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far),
+                    Kind::VertexTriangle => self.pushed::<VertexTriangle>(close, far, squeezed),
+                    Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far, squeezed),
                 };
                 let Some((nodes, way)) = pushed else { continue };
                 for &node in nodes.iter().filter(|&&node| (node as usize) < self.surfaces.places) {
@@ -118,7 +166,12 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// The nodes of a pair that are in the way of the other side, and where they are to go [m].
-    fn pushed<'c, P: Pair>(&self, close: &'c Close<T>, far: T) -> Option<(&'c [u32], [T; 3])> {
+    fn pushed<'c, P: Pair>(
+        &self,
+        close: &'c Close<T>,
+        far: T,
+        squeezed: bool,
+    ) -> Option<(&'c [u32], [T; 3])> {
         let (before, after) = (read(&self.before), read(&self.after));
         let at = |columns: [&[T]; 3], node: u32| columns.map(|column| column[node as usize]);
         let anchor = at(before, close.nodes[3]);
@@ -128,7 +181,7 @@ impl<T: Real> TriangleContact<T> {
             return None;
         }
         let Closest { weights, apart } = P::closest(x);
-        let push = push_apart::<T, P>(x, moves, apart, (close.thickness, far))?;
+        let push = push_apart::<T, P>(x, moves, apart, (close.thickness, far), squeezed)?;
         let way = |nodes: std::ops::Range<usize>, sign: T| {
             nodes.fold([T::ZERO; 3], |sum, node| add(sum, scale(moves[node], sign * weights[node])))
         };
@@ -138,10 +191,10 @@ impl<T: Real> TriangleContact<T> {
         Some(if first_drives { (other, scale(push, -T::ONE)) } else { (one, push) })
     }
 
-    /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns whether
-    /// any does.
-    fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> bool {
-        let mut any = false;
+    /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns what that
+    /// came to, and the last node of those for which it did.
+    fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> (Pushed, u32) {
+        let mut all = (Pushed::None, 0);
         self.each_push(worker, |node, push| {
             let now = self.get(&self.target[3..], node);
             self.put(&self.target[3..], node, farther(now, push));
@@ -149,14 +202,17 @@ impl<T: Real> TriangleContact<T> {
         self.each_push(worker, |node, _| {
             // Of several pushes the first takes all.
             let push = self.get(&self.target[3..], node);
+            if push == [T::ZERO; 3] {
+                return;
+            }
             self.put(&self.target[3..], node, [T::ZERO; 3]);
             let way = self.get(&self.target[..3], node);
             let new = go_on(way, push, most);
-            any = any || new != way;
+            all = all.max((if new == way { Pushed::Stuck } else { Pushed::Moved }, node as u32));
             self.put(&self.target[..3], node, new);
             self.put(&self.after, node, add(self.get(&self.before, node), new));
         });
-        any
+        all
     }
 
     /// Does something with each push that was sent to a worker's nodes.

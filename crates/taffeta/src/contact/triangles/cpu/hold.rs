@@ -73,7 +73,7 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Limits the ways of the nodes of up to sixteen pairs. Returns whether any node is limited.
-    fn limit(
+    pub(super) fn limit(
         &self,
         worker: &Worker<'_, T>,
         Sixteen { kind, count, nodes, thickness, .. }: &Sixteen<T>,

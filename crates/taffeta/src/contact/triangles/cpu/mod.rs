@@ -16,6 +16,7 @@ mod untangle;
 
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
+use crate::contact::triangles::carry::Pushed;
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
 use crate::contact::triangles::cpu::carry::Push;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail};
@@ -89,8 +90,10 @@ struct Found {
     nearest: f64,
     /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
     sinks: [f64; 2],
-    /// Nodes that the filter has held back, or nodes that are pushed, lately.
+    /// Nodes that the filter has held back lately.
     held: u64,
+    /// What the last round of pushes came to, and the last node that was pushed.
+    pushed: (Pushed, u32),
     /// The longest way in the last round of the filter of a node that has not arrived [m].
     progress: f64,
 }
@@ -117,6 +120,8 @@ struct Scratch<T> {
     /// The longest way that the filter has taken of a node, squared [m²]: in sub-steps of the frame that are over, and after the last
     /// round.
     taken: [f64; 2],
+    /// The last node that had no room between colliders in the frame.
+    squeezed: Option<u32>,
     /// Which round of impulses, and of the filter, is next.
     round: usize,
     stage: FilterRound,
@@ -160,6 +165,7 @@ impl<T: Real> Scratch<T> {
             stamp: 0,
             first_stamp: 0,
             taken: [0.0; 2],
+            squeezed: None,
             round: 0,
             stage: FilterRound::Over,
         }
@@ -326,7 +332,9 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
         self.is_forgotten = false;
-        self.scratch.iter_mut().for_each(|scratch| scratch.taken = [0.0; 2]);
+        for scratch in self.scratch.iter_mut() {
+            (scratch.taken, scratch.squeezed) = ([0.0; 2], None);
+        }
         if std::mem::take(&mut self.is_stale) {
             self.set_corners(assembly, start);
             if self.is_tangled {
@@ -350,6 +358,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             sums.pairs.nearest = sums.pairs.nearest.min(found.nearest);
         }
         sums.pairs.searches += searches.unwrap_or(0);
+        sums.squeezed = self.scratch.iter_mut().filter_map(|scratch| scratch.squeezed).max();
     }
 
     fn taken(&mut self) -> Option<f64> {
