@@ -43,6 +43,21 @@ fn layers_between_two_colliders_share_what_room_there_is() {
 }
 
 #[test]
+fn layers_are_not_pushed_into_a_collider_at_rest() {
+    // 15 mm of cloth in 6 mm, and one of the boxes goes all the way.
+    let mut scene = implicit(pressed(3, 0.006, 0.6, cotton), 1.0 / 60.0);
+    scene.colliders[0].motion.clear();
+    scene.colliders[1].motion[0].translate[1] *= 2.0;
+    let mut simulation = build_as(&scene, Precision::F32, 2);
+    for frame in 1..=38 {
+        let report = simulation.step().unwrap();
+        assert_eq!(report.squeezed, None, "frame {frame}");
+        let found = simulation.intersections();
+        assert_eq!(found.pairs, 0, "frame {frame}: {:?}", found.first);
+    }
+}
+
+#[test]
 fn layers_without_any_room_are_told_of() {
     // 15 mm of cloth in 1 mm.
     let scene = implicit(pressed(3, 0.001, 0.6, cotton), 1.0 / 60.0);

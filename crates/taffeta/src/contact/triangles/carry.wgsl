@@ -108,8 +108,10 @@ fn push_side(one: Candidate, start: array<vec3f, 4>, moves: array<vec3f, 4>, fou
             of_second += moves[i] * -found.weights[i];
         }
     }
-    let first_drives = -dot3(of_first, found.apart) > dot3(of_second, found.apart);
     let nodes = nodes_of(one.lanes);
+    // A collider always does.
+    let first_drives = nodes[0] >= table(NODE_PLACES)
+        || nodes[3] < table(NODE_PLACES) && -dot3(of_first, found.apart) > dot3(of_second, found.apart);
     for (var i = 0u; i < 4u; i++) {
         if (i < one.first) != first_drives && nodes[i] < table(NODE_PLACES) && new_position[nodes[i]].w > 0.0 {
             push_node(nodes[i], select(push, -push, first_drives));

@@ -304,7 +304,16 @@ impl Twin {
         }
         match kernel {
             Before::NextPush => self.work[layout::PUSHED] = 0,
-            Before::Squeeze => self.begin_phase(Phase::Squeeze),
+            Before::Squeeze => {
+                self.begin_phase(Phase::Squeeze);
+                // Some are driven into colliders by others.
+                let mut chance = Chance::new(11);
+                for place in 0..self.table(layout::NODE_PLACES) {
+                    let way = chance.three(1.0).map(|along| self.corners.longest_push.copysign(along));
+                    self.put(layout::TARGET, place, way);
+                    self.put(layout::AFTER, place, add(self.place(layout::BEFORE, place), way));
+                }
+            }
             Before::Restart => self.begin_phase(Phase::Restart),
             Before::Stop => self.begin_phase(Phase::Stop),
             Before::TakeStops => {

@@ -98,7 +98,8 @@ impl Twin {
                 let moved = |i: usize| scale(moves[i], found.weights[i]);
                 let first = (0..one.first).map(moved).fold([0.0; 3], add);
                 let second = (one.first..4).map(moved).fold([0.0; 3], sub);
-                let first_drives = -dot(first, found.apart) > dot(second, found.apart);
+                let first_drives = nodes[0] >= self.nodes()
+                    || nodes[3] < self.nodes() && -dot(first, found.apart) > dot(second, found.apart);
                 let (pushed, push) = if first_drives {
                     (one.first..4, push.map(|along| -along))
                 } else {

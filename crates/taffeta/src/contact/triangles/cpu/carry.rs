@@ -187,7 +187,10 @@ impl<T: Real> TriangleContact<T> {
         };
         let (first, second) = (way(0..P::FIRST, T::ONE), way(P::FIRST..4, -T::ONE));
         let (one, other) = close.nodes.split_at(P::FIRST);
-        let first_drives = -dot(first, apart) > dot(second, apart);
+        let is_corner = |&place: &u32| place as usize >= self.surfaces.places;
+        // A collider always does.
+        let first_drives =
+            is_corner(&one[0]) || !is_corner(&other[0]) && -dot(first, apart) > dot(second, apart);
         Some(if first_drives { (other, scale(push, -T::ONE)) } else { (one, push) })
     }
 

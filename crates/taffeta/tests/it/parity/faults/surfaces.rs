@@ -221,9 +221,10 @@ pub const FAULTS: &[Fault] = &[
     ("advance_corners", "set_counted(push_at(axis, place), 0u);", ""),
     (
         "push_nodes",
-        "let first_drives = -dot3(of_first, found.apart)",
-        "let first_drives = dot3(of_first, found.apart)",
+        "table(NODE_PLACES) && -dot3(of_first, found.apart)",
+        "table(NODE_PLACES) && dot3(of_first, found.apart)",
     ),
+    ("push_nodes", "|| nodes[3] < table(NODE_PLACES) && -dot3", "|| -dot3"),
     (
         "push_nodes",
         "nodes[i] < table(NODE_PLACES) && new_position[nodes[i]].w > 0.0",
