@@ -6,7 +6,8 @@
 //!
 //! Where pushes come to no end, layers lie between colliders, and have to come nearer to each other than pushes keep them: all
 //! nodes are put back, and pushed again with half of each distance left ([`Phase`]). What is pinned, or has no room even then, cannot
-//! give way. There nodes that would pass through another surface of nodes stop, and a collider may pierce what is before it.
+//! give way. There nodes that would pass through another surface of nodes stop, those that come behind them too, and a collider
+//! may pierce what is before it.
 
 use crate::contact::triangles::filter::reach_together;
 use crate::contact::triangles::surfaces::Corners;
@@ -18,9 +19,10 @@ const PART: f64 = 0.5;
 const PARTS: f64 = 64.0;
 /// The longest way along an axis that nodes are pushed in a part, relative to the longest way of a corner in it.
 const LONGEST: f64 = 2.0;
-/// Rounds of pushes in one part at most, and how many of them keep most of each distance.
+/// Rounds of pushes in one part at most; after how many less of each distance is kept, and after how many nodes stop.
 pub const PUSHES: usize = 64;
 pub const FIRST_PUSHES: usize = 32;
+pub const FIRST_STOP: usize = 48;
 
 /// What is done in a round of pushes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,34 +33,41 @@ pub enum Phase {
     Restart = 1,
     /// Nodes are pushed so that half of each distance is left.
     Squeeze = 2,
-    /// Nodes that would pass through another surface of nodes stop, for that came to no end.
+    /// Nodes that would pass through another surface of nodes stop, for that came to no end. In the last round all that might do.
     Stop = 3,
     Over = 4,
 }
 
 /// What a round of pushes came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Pushed {
-    /// Nothing is in the way.
-    #[default]
-    None = 0,
-    /// What is in the way has gone as far as it may.
-    Stuck = 1,
-    /// Nodes went on.
-    Moved = 2,
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pushed {
+    /// Whether some nodes went on, or stopped.
+    pub moved: bool,
+    /// One more than the last node of a side that was pushed and is not pinned; 0 if there is none. What is pinned in part never
+    /// gives way, so it is not waited for.
+    pub waiting: u32,
+}
+
+impl Pushed {
+    /// What two workers came to.
+    pub fn join(self, other: Self) -> Self {
+        Self { moved: self.moved || other.moved, waiting: self.waiting.max(other.waiting) }
+    }
 }
 
 impl Phase {
     /// What is done after a round of this, by its number.
     pub fn next(self, round: usize, pushed: Pushed) -> Self {
-        let is_enough = |rounds: usize| pushed == Pushed::Stuck || round + 1 >= rounds;
+        let after = |rounds: usize, next: Self| match pushed.moved && round + 1 < rounds {
+            true => self,
+            false if pushed.waiting > 0 => next,
+            false => Self::Over,
+        };
         match self {
-            Self::Push | Self::Squeeze if pushed == Pushed::None => Self::Over,
-            Self::Push if is_enough(FIRST_PUSHES) => Self::Restart,
-            // One is left for those that stop.
-            Self::Squeeze if is_enough(PUSHES - 1) => Self::Stop,
-            Self::Push => Self::Push,
-            Self::Restart | Self::Squeeze => Self::Squeeze,
+            Self::Push => after(FIRST_PUSHES, Self::Restart),
+            Self::Restart => Self::Squeeze,
+            Self::Squeeze => after(FIRST_STOP, Self::Stop),
+            Self::Stop if pushed.moved && round + 1 < PUSHES => Self::Stop,
             Self::Stop | Self::Over => Self::Over,
         }
     }
@@ -117,19 +126,22 @@ mod tests {
 
     #[test]
     fn pushes_that_come_to_no_end_are_over_in_time() {
-        for (pushed, squeezes) in [(Pushed::Moved, 30), (Pushed::Stuck, 1)] {
+        let moved = |moved: bool, waiting: u32| Pushed { moved, waiting };
+        for (pushed, counts) in [(moved(true, 3), [32, 1, 15, 16]), (moved(false, 3), [1, 1, 1, 1])] {
             let mut phases = vec![Phase::Push];
             while phases[phases.len() - 1] != Phase::Over {
                 let round = phases.len() - 1;
                 phases.push(phases[round].next(round, pushed));
             }
             let count = |phase| phases.iter().filter(|&&one| one == phase).count();
-            let counts = [Phase::Push, Phase::Restart, Phase::Squeeze, Phase::Stop].map(count);
-            assert_eq!(counts, [if pushed == Pushed::Moved { FIRST_PUSHES } else { 1 }, 1, squeezes, 1]);
+            assert_eq!([Phase::Push, Phase::Restart, Phase::Squeeze, Phase::Stop].map(count), counts);
             assert!(phases.len() - 1 <= PUSHES, "{}", phases.len());
         }
-        assert_eq!(Phase::Push.next(5, Pushed::None), Phase::Over);
-        assert_eq!(Phase::Squeeze.next(40, Pushed::None), Phase::Over);
+        assert_eq!(Phase::Push.next(5, moved(false, 0)), Phase::Over);
+        assert_eq!(Phase::Squeeze.next(40, moved(false, 0)), Phase::Over);
+        // Neighbours of pins may go on, but are not waited for.
+        assert_eq!(Phase::Push.next(5, moved(true, 0)), Phase::Push);
+        assert_eq!(Phase::Push.next(31, moved(true, 0)), Phase::Over);
     }
 
     #[test]

@@ -71,7 +71,8 @@ fn way_of(key: u32) -> f32 {
 fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
     let pair = leaves.pair;
-    for (var number = lane; number < leaves.count; number += LEAF_LANES) {
+    let count = select(leaves.count, 0u, counted(PUSH_PHASE) == PHASE_RESTART);
+    for (var number = lane; number < count; number += LEAF_LANES) {
         let one = candidate(number, leaves.counts);
         if matters(one, pair) && rule_of(nodes_of(one.lanes), one.first) == APART {
             push_pair(one, thickness_of(one, leaves.material.x, pair.z > 0u));
@@ -112,10 +113,21 @@ fn push_side(one: Candidate, start: array<vec3f, 4>, moves: array<vec3f, 4>, fou
     // A collider always does.
     let first_drives = nodes[0] >= table(NODE_PLACES)
         || nodes[3] < table(NODE_PLACES) && -dot3(of_first, found.apart) > dot3(of_second, found.apart);
+    var last = 0u;
+    var is_pinned = false;
     for (var i = 0u; i < 4u; i++) {
-        if (i < one.first) != first_drives && nodes[i] < table(NODE_PLACES) && new_position[nodes[i]].w > 0.0 {
-            push_node(nodes[i], select(push, -push, first_drives));
+        if (i < one.first) == first_drives {
+            continue;
         }
+        last = max(last, nodes[i]);
+        if new_position[nodes[i]].w > 0.0 {
+            push_node(nodes[i], select(push, -push, first_drives));
+        } else {
+            is_pinned = true;
+        }
+    }
+    if !is_pinned {
+        atomicMax(&surface_work[WAITING], last + 1u);
     }
 }
 
@@ -126,7 +138,9 @@ fn stop_sides(one: Candidate, start: array<vec3f, 4>, moves: array<vec3f, 4>, ap
         return;
     }
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
-    let parts = limits_of(start, moves, one.first, apart, thickness, far, false);
+    // In the last round all stop that might meet.
+    let together = counted(PUSH_ROUND) + 1u < PUSHES;
+    let parts = limits_of(start, moves, one.first, apart, thickness, far, together);
     for (var i = 0u; i < 4u; i++) {
         if parts[i] < 1.0 {
             atomicMax(&surface_work[push_at(0u, nodes[i])], bitcast<u32>(1.0) - bitcast<u32>(parts[i]));
@@ -156,13 +170,15 @@ fn take_pushes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     var new_way = vec3f(0.0);
     if phase == PHASE_STOP {
         new_way = way * bitcast<f32>(bitcast<u32>(1.0) - sent.x);
+        if sent.x != 0u {
+            set_counted(PUSHED, 1u);
+        }
     } else if phase != PHASE_RESTART {
         let push = vec3f(way_of(sent.x), way_of(sent.y), way_of(sent.z));
         let most = vec3f(substeps[own()].longest_push);
         new_way = max(min(way + push, most), -most);
-        if any(push != vec3f(0.0)) {
-            let came_to = select(PUSHED_STUCK, PUSHED_ON, any(new_way != way));
-            atomicMax(&surface_work[PUSHED], (came_to << PUSHED_SHIFT) | place);
+        if any(new_way != way) {
+            set_counted(PUSHED, 1u);
         }
     }
     put_place(TARGET, place, new_way);

@@ -40,9 +40,9 @@ const IMPULSES: u32 = 12u;
 const MOST_FILTER_ROUNDS: u32 = 64u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 const JAMS: u32 = 16u;
-/// Rounds of pushes in a part of the motion of colliders at most, and how many of them keep most of each distance.
-const PUSHES: u32 = 64u;
+/// After how many rounds of pushes less of each distance is kept, and after how many nodes stop.
 const FIRST_PUSHES: u32 = 32u;
+const FIRST_STOP: u32 = 48u;
 
 /// Workgroups of a command, in rows as dispatches have them.
 fn put_groups(command: u32, groups: u32) {
@@ -208,32 +208,29 @@ fn count_carried() {
     put_each(ON_TAKE, select(0u, table(NODE_PLACES), goes_on));
     set_counted(PUSH_ROUND, 0u);
     set_counted(PUSHED, 0u);
+    set_counted(WAITING, 0u);
     set_counted(PUSH_PHASE, PHASE_PUSH);
 }
 
 /// What is done after a round of pushes, by its number and what it came to.
-fn phase_after(phase: u32, round: u32, pushed: u32) -> u32 {
-    let is_stuck = pushed == PUSHED_STUCK;
-    if phase == PHASE_PUSH && pushed != PUSHED_NONE {
-        return select(PHASE_PUSH, PHASE_RESTART, is_stuck || round + 1u >= FIRST_PUSHES);
-    }
+fn phase_after(phase: u32, round: u32, moved: bool, waits: bool) -> u32 {
     if phase == PHASE_RESTART {
         return PHASE_SQUEEZE;
     }
-    if phase == PHASE_SQUEEZE && pushed != PUSHED_NONE {
-        // One is left for those that stop.
-        return select(PHASE_SQUEEZE, PHASE_STOP, is_stuck || round + 1u >= PUSHES - 1u);
+    let rounds = select(select(PUSHES, FIRST_STOP, phase == PHASE_SQUEEZE), FIRST_PUSHES, phase == PHASE_PUSH);
+    if moved && round + 1u < rounds {
+        return phase;
     }
-    return PHASE_OVER;
+    return select(PHASE_OVER, phase + 1u, waits && phase != PHASE_STOP);
 }
 
 /// Nodes are pushed: they may push others.
 fn count_pushes() {
     let round = counted(PUSH_ROUND);
-    let pushed = counted(PUSHED);
-    let phase = phase_after(counted(PUSH_PHASE), round, pushed >> PUSHED_SHIFT);
+    let waiting = counted(WAITING);
+    let phase = phase_after(counted(PUSH_PHASE), round, counted(PUSHED) != 0u, waiting != 0u);
     if phase == PHASE_STOP {
-        atomicMax(&surface_work[SQUEEZED], (pushed & ((1u << PUSHED_SHIFT) - 1u)) + 1u);
+        atomicMax(&surface_work[SQUEEZED], waiting);
     }
     if phase == PHASE_OVER {
         put_groups(ON_PUSH, 0u);
@@ -243,6 +240,7 @@ fn count_pushes() {
     }
     set_counted(PUSH_ROUND, round + 1u);
     set_counted(PUSHED, 0u);
+    set_counted(WAITING, 0u);
     set_counted(PUSH_PHASE, phase);
 }
 

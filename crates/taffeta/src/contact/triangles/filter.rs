@@ -33,7 +33,7 @@ pub const ROOM_BEFORE: f64 = 0.5;
 /// turns the normal too far for anything to be told.
 pub const SQUEEZED_PART: f64 = 0.5;
 pub const SQUEEZED_FLOOR: f64 = 0.25;
-/// A pair that is squeezed goes so little farther apart than it must that others keep their room.
+/// What it must keep by where a pair that is squeezed goes: so little farther that others keep their room.
 pub const SQUEEZED_AHEAD: f64 = 0.98;
 
 /// Stretch up to which the filter keeps its least distance of edges.

@@ -11,8 +11,8 @@ const PLANE_LEFT: f32 = 0.15;
 const SHARE: f32 = 0.85;
 /// Part of the thickness that a collider which moves leaves to what is in its way.
 const ROOM_BEFORE: f32 = 0.5;
-/// Part of its distance, and part of twice the least distance, that a pair keeps which is squeezed, and by what it goes farther apart
-/// than it must.
+/// Part of its distance, and part of twice the least distance, that a pair keeps which is squeezed, and what part of where it goes that
+/// is.
 const SQUEEZED_PART: f32 = 0.5;
 const SQUEEZED_FLOOR: f32 = 0.25;
 const SQUEEZED_AHEAD: f32 = 0.98;

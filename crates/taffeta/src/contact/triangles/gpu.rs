@@ -476,7 +476,7 @@ impl Feature for TriangleContact {
             return Ok(());
         }
         sums.pairs.searches += self.substeps;
-        sums.squeezed = counted(layout::SQUEEZED).checked_sub(1);
+        sums.squeezed = counted(layout::SQUEEZED).checked_sub(1).map(|node| node + self.tables.first as u32);
         sums.pairs.pairs += u64::from(counted(layout::CONTACTS));
         if counted(layout::CONTACTS) > 0 {
             let nearest = f64::from(f32::from_bits(counted(layout::NEAREST)));

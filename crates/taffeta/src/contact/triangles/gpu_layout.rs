@@ -155,7 +155,8 @@ words! {
     MOST_WAY_TAKEN = 30;
     SQUEEZED = 31;
     PUSH_PHASE = 32;
-    LISTS = 33;
+    WAITING = 33;
+    LISTS = 34;
     STAMPS = 32;
     // Which pairs of leaves are listed.
     NEAR = 0;
@@ -163,8 +164,6 @@ words! {
     ALL = 2;
     CARRIED = 3;
     SOLVED = 4;
-    // Bits of a node in what a round of pushes came to.
-    PUSHED_SHIFT = 30;
     // What is counted by a command.
     COUNT_PAIRS = 0;
     COUNT_CONTACTS = 1;

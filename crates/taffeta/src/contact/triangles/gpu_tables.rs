@@ -75,7 +75,7 @@ pub struct SurfaceTables {
     /// Whether nodes may be led out of colliders.
     pub leads_out: bool,
     /// The first of the places of nodes among those of the scene.
-    first: usize,
+    pub first: usize,
     /// The first box of each level, and how many it has.
     pub levels: Vec<[usize; 2]>,
     /// The first triangle, edge and vertex of each leaf, by which snapshots name contacts.

@@ -2,7 +2,7 @@
 
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
-use crate::contact::triangles::carry::{Phase, Pushed};
+use crate::contact::triangles::carry::Phase;
 use crate::contact::triangles::gpu::order_of;
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::parity_scene::fixture;
@@ -84,7 +84,7 @@ pub const ROWS: &[Row] = &[
         each(
             bench,
             "push_nodes",
-            &[Before::Push, Before::NextPush, Before::Squeeze, Before::Stop],
+            &[Before::Push, Before::NextPush, Before::Squeeze, Before::Stop, Before::LastStop],
             |twin, _| twin.push_nodes(),
         )
     }),
@@ -473,8 +473,6 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
 
 /// All that is counted, with numbers on both sides of what is asked.
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
-    const STUCK: u32 = (Pushed::Stuck as u32) << layout::PUSHED_SHIFT;
-    const ON: u32 = (Pushed::Moved as u32) << layout::PUSHED_SHIFT;
     const RESTART: u32 = Phase::Restart as u32;
     const SQUEEZE: u32 = Phase::Squeeze as u32;
     const STOP: u32 = Phase::Stop as u32;
@@ -501,35 +499,47 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_PART, &[(layout::CORNER_PART, 2), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
         (layout::COUNT_PART, &[(layout::CORNER_PART, 3)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
-        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_PHASE, OVER)]),
+        (
+            layout::COUNT_CARRIED,
+            &[(layout::CORNER_PART, 2), (layout::PUSH_PHASE, OVER), (layout::WAITING, 7)],
+        ),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 5)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6), (layout::WAITING, 7)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, STUCK | 7), (layout::PUSH_ROUND, 6)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 30)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 31)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6), (layout::WAITING, 7)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 30), (layout::WAITING, 7)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 31), (layout::WAITING, 7)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 31)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 32), (layout::PUSH_PHASE, RESTART)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE)]),
         (
             layout::COUNT_PUSHES,
-            &[(layout::PUSHED, STUCK | 7), (layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE)],
-        ),
-        (
-            layout::COUNT_PUSHES,
-            &[(layout::PUSHED, ON | 7), (layout::PUSH_ROUND, 61), (layout::PUSH_PHASE, SQUEEZE)],
+            &[(layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE), (layout::WAITING, 7)],
         ),
         (
             layout::COUNT_PUSHES,
             &[
-                (layout::PUSHED, ON | 7),
-                (layout::PUSH_ROUND, 62),
+                (layout::PUSHED, 1),
+                (layout::PUSH_ROUND, 46),
                 (layout::PUSH_PHASE, SQUEEZE),
+                (layout::WAITING, 7),
+            ],
+        ),
+        (
+            layout::COUNT_PUSHES,
+            &[
+                (layout::PUSHED, 1),
+                (layout::PUSH_ROUND, 47),
+                (layout::PUSH_PHASE, SQUEEZE),
+                (layout::WAITING, 7),
                 (layout::SQUEEZED, 3),
             ],
         ),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 63), (layout::PUSH_PHASE, STOP)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 62), (layout::PUSH_PHASE, STOP)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 63), (layout::PUSH_PHASE, STOP)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 50), (layout::PUSH_PHASE, STOP)]),
         (layout::COUNT_SOLVED, &[(layout::IS_ODD, 0)]),
         (layout::COUNT_SOLVED, &[(layout::IS_ODD, 1)]),
         (

@@ -41,6 +41,7 @@ pub enum Before {
     Squeeze,
     Restart,
     Stop,
+    LastStop,
     TakeStops,
     NextCorners,
     AtRest,
@@ -316,7 +317,12 @@ impl Twin {
             }
             Before::Restart => self.begin_phase(Phase::Restart),
             Before::Stop => self.begin_phase(Phase::Stop),
+            Before::LastStop => {
+                self.begin_phase(Phase::Stop);
+                self.work[layout::PUSH_ROUND] = 63;
+            }
             Before::TakeStops => {
+                self.work[layout::PUSH_ROUND] = 63;
                 self.begin_phase(Phase::Stop);
                 self.push_nodes();
             }
@@ -327,7 +333,10 @@ impl Twin {
     }
 
     fn begin_phase(&mut self, phase: Phase) {
-        (self.work[layout::PUSHED], self.work[layout::PUSH_PHASE]) = (0, phase as u32);
+        for (word, number) in [(layout::PUSHED, 0), (layout::WAITING, 0), (layout::PUSH_PHASE, phase as u32)]
+        {
+            self.work[word] = number;
+        }
     }
 
     /// The same in the filter. In a later round of it some nodes are held back already.

@@ -126,8 +126,7 @@ const JAM: u32 = 15u;
 const LISTED: u32 = 16u;
 const IN_ROUNDS: u32 = 17u;
 const IS_ODD: u32 = 18u;
-/// Parts of the motion of colliders that have begun; what the last round of pushes came to, in the upper bits, and the last node for
-/// which it did; rounds of pushes in the part.
+/// Parts of the motion of colliders that have begun; whether a node goes farther by a push, or stops; rounds of pushes in the part.
 const CORNER_PART: u32 = 19u;
 const PUSHED: u32 = 20u;
 const PUSH_ROUND: u32 = 21u;
@@ -150,8 +149,13 @@ const MOST_WAY_TAKEN: u32 = 30u;
 const SQUEEZED: u32 = 31u;
 /// What the next round of pushes does.
 const PUSH_PHASE: u32 = 32u;
+/// One more than the last node of a side that was pushed and is not pinned, in a round.
+const WAITING: u32 = 33u;
 /// Lists of numbers begin here.
-const LISTS: u32 = 33u;
+const LISTS: u32 = 34u;
+
+/// Rounds of pushes in a part of the motion of colliders at most.
+const PUSHES: u32 = 64u;
 
 // What a round of pushes does: it pushes nodes; puts them back; pushes them with less room; has them stop; nothing.
 const PHASE_PUSH: u32 = 0u;
@@ -159,12 +163,6 @@ const PHASE_RESTART: u32 = 1u;
 const PHASE_SQUEEZE: u32 = 2u;
 const PHASE_STOP: u32 = 3u;
 const PHASE_OVER: u32 = 4u;
-// What it came to: nothing is in the way; what is has gone as far as it may; nodes went on.
-const PUSHED_NONE: u32 = 0u;
-const PUSHED_STUCK: u32 = 1u;
-const PUSHED_ON: u32 = 2u;
-/// Bits of a node below it.
-const PUSHED_SHIFT: u32 = 30u;
 
 // Which pairs are listed: all that may come near each other; those around leaves that were marked last; all within reach; all that
 // may come near each other where colliders push nodes; all that may while a system is solved for.

@@ -1,6 +1,6 @@
 //! What is in the way of colliders, as rows compare it: carry.wgsl one number after the other.
 
-use crate::contact::triangles::carry::{Phase, Pushed, farther, go_on};
+use crate::contact::triangles::carry::{PUSHES, Phase, farther, go_on};
 use crate::contact::triangles::closest::{EdgeEdge, VertexTriangle};
 use crate::contact::triangles::filter::{limits, push_apart};
 use crate::contact::triangles::gpu_layout as layout;
@@ -22,7 +22,7 @@ impl Twin {
     /// What was sent to a node, by the number that kernels compare: a component of a push, or what is left of 1 when it stops.
     pub fn sent(&self, key: u32) -> f32 {
         match self.phase() {
-            Phase::Stop => 1.0 - f32::from_bits(1_f32.to_bits() - key),
+            Phase::Stop => 1.0 - f32::from_bits(1_f32.to_bits().wrapping_sub(key)),
             _ => way_of(key),
         }
     }
@@ -69,6 +69,10 @@ impl Twin {
         let far = self.number(layout::FARTHEST_PLACE);
         let phase = self.phase();
         let squeezed = phase == Phase::Squeeze;
+        let together = (self.work[layout::PUSH_ROUND] as usize) + 1 < PUSHES;
+        if phase == Phase::Restart {
+            return;
+        }
         for at in 0..self.work[layout::PAIRS] as usize {
             for (one, nodes, thickness) in self.touching(self.pairs[at]) {
                 if self.rule(nodes, one.first) != Rule::Apart {
@@ -82,8 +86,8 @@ impl Twin {
                 let size = (thickness, far);
                 if phase == Phase::Stop {
                     let parts = match one.first {
-                        1 => limits::<f32, VertexTriangle>(x, moves, found.apart, size, false).parts,
-                        _ => limits::<f32, EdgeEdge>(x, moves, found.apart, size, false).parts,
+                        1 => limits::<f32, VertexTriangle>(x, moves, found.apart, size, together).parts,
+                        _ => limits::<f32, EdgeEdge>(x, moves, found.apart, size, together).parts,
                     };
                     if nodes.iter().all(|&node| node < self.nodes()) {
                         self.stop(nodes, parts);
@@ -105,10 +109,13 @@ impl Twin {
                 } else {
                     (0..one.first, push)
                 };
-                for node in pushed.map(|i| nodes[i]) {
-                    if node < self.nodes() && self.position[node][3] > 0.0 {
-                        pushes[node] = farther(pushes[node], push);
-                    }
+                let is_free = |node: usize| self.position[node][3] > 0.0;
+                for node in pushed.clone().map(|i| nodes[i]).filter(|&node| is_free(node)) {
+                    pushes[node] = farther(pushes[node], push);
+                }
+                if pushed.clone().all(|i| is_free(nodes[i])) {
+                    let last = pushed.map(|i| nodes[i] as u32).max().unwrap_or_default();
+                    self.work[layout::WAITING] = self.work[layout::WAITING].max(last + 1);
                 }
             }
         }
@@ -142,11 +149,12 @@ impl Twin {
                 Phase::Stop => scale(way, f32::from_bits(1_f32.to_bits() - sent[0])),
                 _ => go_on(way, push, self.corners.longest_push),
             };
-            if push != [0.0; 3] && ![Phase::Restart, Phase::Stop].contains(&phase) {
-                let came_to = if new == way { Pushed::Stuck } else { Pushed::Moved };
-                let word = (came_to as u32) << layout::PUSHED_SHIFT | place as u32;
-                self.work[layout::PUSHED] = self.work[layout::PUSHED].max(word);
-            }
+            let moved = match phase {
+                Phase::Restart => false,
+                Phase::Stop => sent[0] != 0,
+                _ => new != way,
+            };
+            self.work[layout::PUSHED] |= u32::from(moved);
             self.put(layout::TARGET, place, new);
             self.put(layout::AFTER, place, add(self.place(layout::BEFORE, place), new));
         }

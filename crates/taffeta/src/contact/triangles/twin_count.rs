@@ -105,7 +105,7 @@ impl Twin {
         };
         self.put_groups(layout::ON_PUSH, pairs);
         self.put_each(layout::ON_TAKE, self.nodes(), goes_on);
-        for word in [layout::PUSH_ROUND, layout::PUSHED, layout::PUSH_PHASE] {
+        for word in [layout::PUSH_ROUND, layout::PUSHED, layout::WAITING, layout::PUSH_PHASE] {
             self.work[word] = 0;
         }
     }
@@ -117,12 +117,12 @@ impl Twin {
     }
 
     fn count_pushes(&mut self) {
-        let (round, pushed) = (self.work[layout::PUSH_ROUND], std::mem::take(&mut self.work[layout::PUSHED]));
-        let came_to = [Pushed::None, Pushed::Stuck, Pushed::Moved][(pushed >> layout::PUSHED_SHIFT) as usize];
-        let phase = self.phase().next(round as usize, came_to);
+        let round = self.work[layout::PUSH_ROUND];
+        let [moved, waiting] =
+            [layout::PUSHED, layout::WAITING].map(|word| std::mem::take(&mut self.work[word]));
+        let phase = self.phase().next(round as usize, Pushed { moved: moved != 0, waiting });
         if phase == Phase::Stop {
-            let node = pushed & ((1 << layout::PUSHED_SHIFT) - 1);
-            self.work[layout::SQUEEZED] = self.work[layout::SQUEEZED].max(node + 1);
+            self.work[layout::SQUEEZED] = self.work[layout::SQUEEZED].max(waiting);
         }
         if phase == Phase::Over {
             self.put_groups(layout::ON_PUSH, 0);

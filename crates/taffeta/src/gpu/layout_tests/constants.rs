@@ -16,7 +16,7 @@ use crate::contact::colliders::shape::{
 };
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
-use crate::contact::triangles::carry::{Phase, Pushed};
+use crate::contact::triangles::carry::Phase;
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
 use crate::contact::triangles::{carry, cones, filter, impulse, solved};
@@ -110,9 +110,7 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("PHASE_SQUEEZE", f64::from(Phase::Squeeze as u32)),
         ("PHASE_STOP", f64::from(Phase::Stop as u32)),
         ("PHASE_OVER", f64::from(Phase::Over as u32)),
-        ("PUSHED_NONE", f64::from(Pushed::None as u32)),
-        ("PUSHED_STUCK", f64::from(Pushed::Stuck as u32)),
-        ("PUSHED_ON", f64::from(Pushed::Moved as u32)),
+        ("FIRST_STOP", carry::FIRST_STOP as f64),
         ("SQUEEZED_PART", filter::SQUEEZED_PART),
         ("SQUEEZED_FLOOR", filter::SQUEEZED_FLOOR),
         ("SQUEEZED_AHEAD", filter::SQUEEZED_AHEAD),

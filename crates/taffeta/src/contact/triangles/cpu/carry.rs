@@ -2,7 +2,7 @@
 
 use super::{Scratch, TriangleContact, read};
 use crate::contact::triangles::carry::{
-    Phase, Pushed, farther, go_on, longest_push, longest_way, parts_of, reach_of_pushes,
+    PUSHES, Phase, Pushed, farther, go_on, longest_push, longest_way, parts_of, reach_of_pushes,
 };
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::cpu::motion::Motion;
@@ -45,15 +45,15 @@ impl<T: Real> TriangleContact<T> {
     fn push(&self, worker: &Worker<'_, T>, far: f64, longest: f64) {
         let mut phase = Phase::Push;
         for round in 0.. {
-            let mut pushed = (Pushed::None, 0);
+            let mut pushed = Pushed::default();
             match phase {
                 Phase::Push | Phase::Squeeze => {
-                    self.send_pushes(worker, T::from_f64(far), phase == Phase::Squeeze);
+                    pushed.waiting = self.send_pushes(worker, T::from_f64(far), phase == Phase::Squeeze);
                     worker.synchronise();
-                    pushed = self.take_pushes(worker, T::from_f64(longest));
+                    pushed.moved = self.take_pushes(worker, T::from_f64(longest));
                 }
                 Phase::Restart => self.restart(worker),
-                Phase::Stop => self.stop(worker, far),
+                Phase::Stop => pushed.moved = self.stop(worker, far, round + 1 < PUSHES),
                 Phase::Over => break,
             }
             // SAFETY: its own; all read after the barrier, and it is written again after another.
@@ -61,11 +61,11 @@ impl<T: Real> TriangleContact<T> {
             worker.synchronise();
             // SAFETY: as above.
             let found = unsafe { self.found.read() };
-            let (pushed, node) = found.iter().fold((Pushed::None, 0), |all, found| all.max(found.pushed));
+            let pushed = found.iter().fold(Pushed::default(), |all, found| all.join(found.pushed));
             phase = phase.next(round, pushed);
             if phase == Phase::Stop {
                 let squeezed = &mut self.scratch(worker).squeezed;
-                *squeezed = Some(node).max(*squeezed);
+                *squeezed = pushed.waiting.max(*squeezed);
             }
             worker.synchronise();
         }
@@ -81,24 +81,28 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Has nodes stop before planes between the sides of pairs without a collider.
-    fn stop(&self, worker: &Worker<'_, T>, far: f64) {
+    /// Has nodes stop before planes between the sides of pairs without a collider; if they may go `together`, of those alone whose
+    /// sides do not end apart. Returns whether any does.
+    fn stop(&self, worker: &Worker<'_, T>, far: f64, together: bool) -> bool {
         let Scratch { close, memory, .. } = self.scratch(worker);
         let is_node = |place: &u32| (*place as usize) < self.surfaces.places;
         memory.close.clear();
         memory.close.extend(close.iter().flatten().filter(|pair| pair.nodes.iter().all(is_node)).cloned());
         for sixteen in by_sixteen(&memory.close) {
-            self.limit(worker, &sixteen, (far, false));
+            self.limit(worker, &sixteen, (far, together));
         }
         worker.synchronise();
+        let mut any = false;
         self.each_run(worker, |run| {
             for place in run {
-                let part = self.parts[place].swap(1_f64.to_bits(), Ordering::Relaxed);
-                let way = scale(self.get(&self.target, place), T::from_f64(f64::from_bits(part)));
+                let part = f64::from_bits(self.parts[place].swap(1_f64.to_bits(), Ordering::Relaxed));
+                any |= part < 1.0;
+                let way = scale(self.get(&self.target, place), T::from_f64(part));
                 self.put(&self.target, place, way);
                 self.put(&self.after, place, add(self.get(&self.before, place), way));
             }
         });
+        any
     }
 
     /// How far corners go, and the largest coordinate.
@@ -137,9 +141,12 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Sends ways to the nodes of all pairs that would come too near: those of the side that the other drives.
-    fn send_pushes(&self, worker: &Worker<'_, T>, far: T, squeezed: bool) {
+    /// Sends ways to the nodes of all pairs that would come too near: those of the side that the other drives. Returns one more
+    /// than the last node of those sides that are not pinned; 0 if there is none.
+    fn send_pushes(&self, worker: &Worker<'_, T>, far: T, squeezed: bool) -> u32 {
         let workers = self.found.len();
+        let is_free = |&node: &u32| worker.nodes.inverse_mass[node as usize] > T::ZERO;
+        let mut waiting = 0;
         for kind in Kind::ALL {
             for to in 0..workers {
                 // SAFETY: its own; others read them after the next barrier.
@@ -151,21 +158,22 @@ impl<T: Real> TriangleContact<T> {
                     Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far, squeezed),
                 };
                 let Some((nodes, way)) = pushed else { continue };
-                for &node in nodes.iter().filter(|&&node| (node as usize) < self.surfaces.places) {
-                    if worker.nodes.inverse_mass[node as usize] > T::ZERO {
-                        let to = self.worker_of(node);
-                        // SAFETY: as above.
-                        let pushes = unsafe {
-                            self.pushes.item((kind as usize * workers + worker.index) * workers + to)
-                        };
-                        pushes.push((node, way));
-                    }
+                if nodes.iter().all(is_free) {
+                    waiting = nodes.iter().fold(waiting, |last, &node| last.max(node + 1));
+                }
+                for &node in nodes.iter().filter(|node| is_free(node)) {
+                    let to = self.worker_of(node);
+                    // SAFETY: as above.
+                    let pushes =
+                        unsafe { self.pushes.item((kind as usize * workers + worker.index) * workers + to) };
+                    pushes.push((node, way));
                 }
             }
         }
+        waiting
     }
 
-    /// The nodes of a pair that are in the way of the other side, and where they are to go [m].
+    /// The nodes of a pair that are in the way of the other side, none of them a corner, and where they are to go [m].
     fn pushed<'c, P: Pair>(
         &self,
         close: &'c Close<T>,
@@ -194,10 +202,10 @@ impl<T: Real> TriangleContact<T> {
         Some(if first_drives { (other, scale(push, -T::ONE)) } else { (one, push) })
     }
 
-    /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns what that
-    /// came to, and the last node of those for which it did.
-    fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> (Pushed, u32) {
-        let mut all = (Pushed::None, 0);
+    /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns whether
+    /// any does.
+    fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> bool {
+        let mut any = false;
         self.each_push(worker, |node, push| {
             let now = self.get(&self.target[3..], node);
             self.put(&self.target[3..], node, farther(now, push));
@@ -205,17 +213,14 @@ impl<T: Real> TriangleContact<T> {
         self.each_push(worker, |node, _| {
             // Of several pushes the first takes all.
             let push = self.get(&self.target[3..], node);
-            if push == [T::ZERO; 3] {
-                return;
-            }
             self.put(&self.target[3..], node, [T::ZERO; 3]);
             let way = self.get(&self.target[..3], node);
             let new = go_on(way, push, most);
-            all = all.max((if new == way { Pushed::Stuck } else { Pushed::Moved }, node as u32));
+            any = any || new != way;
             self.put(&self.target[..3], node, new);
             self.put(&self.after, node, add(self.get(&self.before, node), new));
         });
-        all
+        any
     }
 
     /// Does something with each push that was sent to a worker's nodes.

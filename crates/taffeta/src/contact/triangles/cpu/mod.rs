@@ -92,8 +92,8 @@ struct Found {
     sinks: [f64; 2],
     /// Nodes that the filter has held back lately.
     held: u64,
-    /// What the last round of pushes came to, and the last node that was pushed.
-    pushed: (Pushed, u32),
+    /// What the last round of pushes came to.
+    pushed: Pushed,
     /// The longest way in the last round of the filter of a node that has not arrived [m].
     progress: f64,
 }
@@ -120,8 +120,8 @@ struct Scratch<T> {
     /// The longest way that the filter has taken of a node, squared [m²]: in sub-steps of the frame that are over, and after the last
     /// round.
     taken: [f64; 2],
-    /// The last node that had no room between colliders in the frame.
-    squeezed: Option<u32>,
+    /// One more than the last node that had no room between colliders in the frame.
+    squeezed: u32,
     /// Which round of impulses, and of the filter, is next.
     round: usize,
     stage: FilterRound,
@@ -165,7 +165,7 @@ impl<T: Real> Scratch<T> {
             stamp: 0,
             first_stamp: 0,
             taken: [0.0; 2],
-            squeezed: None,
+            squeezed: 0,
             round: 0,
             stage: FilterRound::Over,
         }
@@ -333,7 +333,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
         self.is_forgotten = false;
         for scratch in self.scratch.iter_mut() {
-            (scratch.taken, scratch.squeezed) = ([0.0; 2], None);
+            (scratch.taken, scratch.squeezed) = ([0.0; 2], 0);
         }
         if std::mem::take(&mut self.is_stale) {
             self.set_corners(assembly, start);
@@ -358,7 +358,8 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             sums.pairs.nearest = sums.pairs.nearest.min(found.nearest);
         }
         sums.pairs.searches += searches.unwrap_or(0);
-        sums.squeezed = self.scratch.iter_mut().filter_map(|scratch| scratch.squeezed).max();
+        let squeezed = self.scratch.iter_mut().map(|scratch| scratch.squeezed).max();
+        sums.squeezed = squeezed.and_then(|node| node.checked_sub(1));
     }
 
     fn taken(&mut self) -> Option<f64> {
