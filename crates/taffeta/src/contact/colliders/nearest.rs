@@ -21,17 +21,19 @@ impl Assembly {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Body, Collider, Keyframe, Mass, Mesh, Scene};
+    use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Place, Scene};
 
     #[test]
     fn the_nearest_colliders_come_first_whatever_their_shape_and_wherever_they_go() {
+        let ball = Collider::mesh(Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 2 }))
+            .placed(Place { position: [0.0, 3.0, 0.0], ..Place::default() });
         let moves =
             Collider::sphere([0.0, -9.0, 0.0], 0.5).keyframe(Keyframe::translate(1.0, [0.0, 7.0, 0.0]));
         let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [0.1, 0.1])).with_mass(Mass::Node(0.1));
         let scene = Scene::new("near")
             .body(sheet.structural(1.0, 0.0))
             .collider(Collider::sphere([0.0, 5.0, 0.0], 0.5))
-            .collider(Collider::cuboid([0.0, 3.0, 0.0], [0.5; 3]))
+            .collider(ball)
             .collider(moves);
         let assembly = Assembly::new(&scene).unwrap();
         assert_eq!(assembly.nearest_colliders([0.0; 3], 0.0, 2), [1, 0]);
