@@ -423,9 +423,6 @@ fn cloth_that_is_crushed_between_colliders_is_said() {
     let said: Vec<&str> = err.lines().filter(|line| line.contains("pressed through each other")).collect();
     assert!(said.len() == 1 && said[0].starts_with("warning: frame "), "{err}");
     assert!(said[0].contains("body `scarf`") && said[0].contains("collider `"), "{err}");
-    let why: Vec<&str> = err.lines().filter(|line| line.contains("had no room between colliders")).collect();
-    assert!(why.len() == 1 && why[0].starts_with("warning: body `scarf`, vertex "), "{err}");
-    assert!(why[0].contains("`collider0`") && why[0].contains("`press`"), "{err}");
     // With room for it nothing is said.
     assert_eq!(crushed(&CRUSHED.replace("translate = [0.07,", "translate = [0.02,")), "");
 }
