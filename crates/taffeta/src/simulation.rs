@@ -245,7 +245,7 @@ impl Simulation {
         Squeezed {
             body: index,
             vertex: body.vertex_of_solver(node - body.first),
-            colliders: assembly.nearest_colliders(self.backend.position(node), time, 2),
+            colliders: self.nearest_colliders(self.backend.position(node), time, 2),
         }
     }
 

@@ -4,6 +4,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::shape::ShapeNow;
+use crate::real::Real;
 use crate::simulation::Simulation;
 
 impl Simulation {
@@ -20,14 +21,7 @@ impl Simulation {
     /// cleared first.
     pub fn collider_distances(&self, reach: f64, out: &mut Vec<f32>) {
         out.clear();
-        let assembly = self.backend.assembly();
-        let surfaces = self.surfaces.get_or_init(|| {
-            assembly.colliders().iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect()
-        });
-        let (now, dt, mut meshes) = (f64::from(self.frame()) * self.dt(), self.dt(), 0);
-        let at_end =
-            |one: &crate::contact::colliders::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
-        let colliders: Vec<ColliderNow<f64>> = assembly.colliders().iter().map(at_end).collect();
+        let (colliders, surfaces) = self.colliders_at(f64::from(self.frame()) * self.dt());
         let distance = |x: [f64; 3]| {
             let distances = colliders.iter().map(|collider| distance_of(collider, surfaces, x, reach));
             distances.fold(reach, f64::min) as f32
@@ -35,6 +29,27 @@ impl Simulation {
         self.each_vertex(|node| {
             out.push(node.map_or(reach as f32, |node| distance(self.backend.position(node))))
         });
+    }
+
+    /// The colliders that are nearest to a place [m] at a time [s], nearest first: at most `count`, by their number in the scene.
+    pub(super) fn nearest_colliders(&self, place: [f64; 3], time: f64, count: usize) -> Vec<usize> {
+        let (colliders, surfaces) = self.colliders_at(time);
+        let distance = |collider| distance_of(collider, surfaces, place, f64::FAR);
+        let distances: Vec<f64> = colliders.iter().map(distance).collect();
+        let mut nearest: Vec<usize> = (0..distances.len()).collect();
+        nearest.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        nearest.truncate(count);
+        nearest
+    }
+
+    /// The colliders as they are at a time [s], and the triangles of those that are meshes.
+    fn colliders_at(&self, time: f64) -> (Vec<ColliderNow<f64>>, &[MeshSurface<f64>]) {
+        let all = self.backend.assembly().colliders();
+        let surfaces = self
+            .surfaces
+            .get_or_init(|| all.iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect());
+        let (dt, mut meshes) = (self.dt(), 0);
+        (all.iter().map(|one| one.at(time - dt, dt, &mut meshes)).collect(), surfaces)
     }
 
     /// Calls `sink` with the node of each vertex, by solver index; `None` for one that no face uses.
@@ -55,5 +70,29 @@ fn distance_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f
             depth.map_or(reach, |depth| -depth)
         }
         _ => collider.depth_and_normal(x).map_or(reach, |(depth, _)| -depth),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Options;
+    use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Place, Scene};
+
+    #[test]
+    fn the_nearest_colliders_come_first_whatever_their_shape_and_wherever_they_go() {
+        let ball = Collider::mesh(Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 2 }))
+            .placed(Place { position: [0.0, 3.0, 0.0], ..Place::default() });
+        let moves =
+            Collider::sphere([0.0, -9.0, 0.0], 0.5).keyframe(Keyframe::translate(1.0, [0.0, 7.0, 0.0]));
+        let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [0.1, 0.1])).with_mass(Mass::Node(0.1));
+        let scene = Scene::new("near")
+            .body(sheet.structural(1.0, 0.0))
+            .collider(Collider::sphere([0.0, 5.0, 0.0], 0.5))
+            .collider(ball)
+            .collider(moves);
+        let simulation = Simulation::new(&scene, &Options::default()).unwrap();
+        assert_eq!(simulation.nearest_colliders([0.0; 3], 0.0, 2), [1, 0]);
+        assert_eq!(simulation.nearest_colliders([0.0; 3], 1.0, 3), [2, 1, 0]);
     }
 }

@@ -8,7 +8,6 @@ pub mod gpu;
 pub mod gpu_layout;
 pub mod lift;
 pub mod moving;
-mod nearest;
 pub mod predicted_contact;
 pub mod response;
 pub mod rigid;

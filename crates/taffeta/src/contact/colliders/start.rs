@@ -18,8 +18,6 @@ pub(super) struct Depth {
     /// Its triangles, if it has some.
     surface: Option<MeshSurface<f64>>,
     offset: f64,
-    /// How far in front of triangles depths are exact [m].
-    reach: f64,
 }
 
 impl Assembly {
@@ -119,27 +117,17 @@ impl Depth {
     /// In a collider at a time [s]. Meshes are counted in `meshes`.
     pub(super) fn of(collider: &MovingCollider, time: f64, meshes: &mut u32) -> Self {
         let surface = collider.mesh().map(|mesh| mesh.surface());
-        Self {
-            now: collider.at(time - 1.0, 1.0, meshes),
-            surface,
-            offset: collider.offset(),
-            reach: collider.offset(),
-        }
-    }
-
-    /// The same, exact so far in front of the surface [m].
-    pub(super) fn within(self, reach: f64) -> Self {
-        Self { reach, ..self }
+        Self { now: collider.at(time - 1.0, 1.0, meshes), surface, offset: collider.offset() }
     }
 
     /// Depth of a position behind the surface itself [m]; below 0 in front of it. Nothing is behind a sheet. Beyond
-    /// its reach, any number below that.
+    /// the offset, any number below that.
     pub(super) fn at(&self, x: [f64; 3]) -> f64 {
         let depth = match (&self.now.shape, &self.surface) {
             (ShapeNow::Mesh(mesh), Some(surface)) => {
                 let place = mesh.local(x);
                 let is_within = surface.solid && !surface.tree(mesh).is_outside(place);
-                let most = if is_within { f64::FAR } else { self.reach * self.reach };
+                let most = if is_within { f64::FAR } else { self.offset * self.offset };
                 surface.depth(mesh, place, most).map(|depth| depth - mesh.offset)
             }
             _ => self.now.depth_and_normal(x).map(|(depth, _)| depth - self.offset),

@@ -30,7 +30,7 @@ pub const LEFT: f64 = 1.0 - SHARE;
 pub const ROOM_BEFORE: f64 = 0.5;
 
 /// Part of its distance, and part of twice the least distance, that a pair keeps which is squeezed. Much nearer than that rounding
-/// turns the normal too far for anything to be told.
+/// turns the normal too far to say anything.
 pub const SQUEEZED_PART: f64 = 0.5;
 pub const SQUEEZED_FLOOR: f64 = 0.25;
 /// What it must keep by where a pair that is squeezed goes: so little farther that others keep their room.

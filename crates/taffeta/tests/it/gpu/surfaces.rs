@@ -107,7 +107,7 @@ fn cloth_that_is_thrown_is_held_back_as_on_the_cpu() {
     go_on_from_snapshots(&scene, &mut cpu, &gpu);
 }
 
-/// Pushes of colliders that move come to no end, so that nodes stop and are told of.
+/// Pushes of colliders that move come to no end, so that nodes stop and are reported.
 #[test]
 fn layers_without_room_are_pressed_as_on_the_cpu() {
     let springs = |body: Body| body.with_mass(Mass::Node(0.002)).structural(20.0, 0.01).shear(8.0, 0.005);
