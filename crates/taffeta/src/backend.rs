@@ -153,6 +153,10 @@ pub trait Backend: Send + Sync {
     fn was_stopped(&self) -> bool {
         false
     }
+    /// The state of now is one that [`Self::return_to_good`] may go back to.
+    fn mark_good(&mut self);
+    /// Goes back to the positions and velocities that were good last. What solvers remember stays as it is.
+    fn return_to_good(&mut self) -> Result<(), Lost>;
     /// Measures the state as it is.
     fn measure(&mut self) -> Result<(), Lost>;
     /// The sums of the last frame, or measurement.

@@ -39,7 +39,7 @@ use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
 use crate::features;
 use crate::report::{FrameReport, FrameSums, Squeezed};
-use crate::scene::Scene;
+use crate::scene::{LARGEST_LENGTH, Path, Scene};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
 use crate::topology::Surface;
@@ -47,7 +47,6 @@ use crate::topology::random::SplitMix64;
 use crate::volume::volume::Form;
 use glam::DVec3;
 use handles::SimulationId;
-use input::finite;
 use std::hash::Hasher;
 use std::sync::OnceLock;
 
@@ -93,8 +92,8 @@ pub struct Simulation {
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
     /// Triangles of bodies and colliders, once somebody asks where they intersect.
     triangles: OnceLock<intersections::Triangles>,
-    /// Whether the state is one on the way of a frame that was stopped.
-    is_between_frames: bool,
+    /// Why no frame runs before a snapshot is restored.
+    halted: Option<StepError>,
     /// Frames that were submitted and not polled yet, and whether more than gravity drives the scene in them.
     submitted: (u32, bool),
 }
@@ -143,7 +142,7 @@ impl Simulation {
             pinned: Vec::new(),
             surfaces: OnceLock::new(),
             triangles: OnceLock::new(),
-            is_between_frames: false,
+            halted: None,
             submitted: (0, false),
         };
         simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;
@@ -154,7 +153,8 @@ impl Simulation {
     ///
     /// # Errors
     /// A frame with a number that is not finite, or with a stretch that only a blow-up has, is not shown: the error
-    /// names body, vertex, likely cause and what to change. A GPU may be lost. The simulation cannot go on then.
+    /// names body, vertex, likely cause and what to change. The state stays that of the last good frame then, and every further
+    /// frame has the same error until [`Self::restore`]. A GPU may be lost.
     pub fn step(&mut self) -> Result<&FrameReport, StepError> {
         self.advance(1)
     }
@@ -349,7 +349,7 @@ impl Simulation {
     ///
     /// # Errors
     /// Where the body has no such vertex or is one of another simulation, the vertex follows keyframes of the scene, or `to`
-    /// is not finite.
+    /// is not within ±10⁶ m.
     pub fn pin_vertex(
         &mut self,
         body: BodyHandle,
@@ -357,7 +357,8 @@ impl Simulation {
         to: impl Into<DVec3>,
     ) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
-        let to = finite(to.into().to_array(), "a place")?;
+        let to = to.into().to_array();
+        Path::of("place").within(&to)?;
         let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
         let moving = self.backend.assembly().moving_pins();
         let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
@@ -382,7 +383,7 @@ impl Simulation {
     /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
     ///
     /// # Errors
-    /// Where the body has no such vertex or is one of another simulation, or `force` is not finite.
+    /// Where the body has no such vertex or is one of another simulation, or `force` has a number beyond 10¹⁵ N.
     pub fn apply_force(
         &mut self,
         body: BodyHandle,
@@ -390,14 +391,18 @@ impl Simulation {
         force: impl Into<DVec3>,
     ) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
-        let (node, force) = (found.solver_index(node), finite(force.into().to_array(), "a force")?);
+        let (node, force) = (found.solver_index(node), force.into().to_array());
+        Path::of("force").finite(&force)?;
         let forces = &mut self.input.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
         Ok(())
     }
 
-    /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`.
+    /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`. An amplitude that is
+    /// no number moves none, and one beyond 10⁶ m moves them so far.
     pub fn disturb(&mut self, amplitude: f64, seed: u64) {
+        let amplitude =
+            if amplitude.is_nan() { 0.0 } else { amplitude.clamp(-LARGEST_LENGTH, LARGEST_LENGTH) };
         let mut random = SplitMix64::new(seed);
         for node in self.user_order() {
             let shift: [f64; 3] = std::array::from_fn(|_| amplitude * (2.0 * random.unit() - 1.0));
@@ -419,6 +424,7 @@ impl Simulation {
         self.report = self.report_of(sums, self.frame());
         self.submitted = (0, false);
         self.start = self.report.clone();
+        self.backend.mark_good();
         Ok(())
     }
 

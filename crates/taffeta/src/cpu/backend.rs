@@ -9,6 +9,7 @@ use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Features};
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::SimdLevel;
+use crate::cpu::states::{States, Turn};
 use crate::cpu::team::Team;
 use crate::cpu::tile::{Fields, Nodes, Scratch};
 use crate::cpu::tiles::{self, TilePlan};
@@ -28,6 +29,9 @@ use std::time::Instant;
 /// Cache lines between the starts of the arrays that a kernel walks through together: twelve of them share the 64
 /// sets of a first-level cache evenly.
 const STAGGER: usize = 5;
+
+/// Cache lines before the first column of each state: two of them are in use at once, beside [`masses`].
+const LEADS: [usize; 3] = [0, 6 * STAGGER, 12 * STAGGER + 2];
 
 /// What features are constructed from.
 pub struct Context<'a, T> {
@@ -53,7 +57,8 @@ impl<T> Context<'_, T> {
 
 /// What a frame starts from.
 struct Kept<T> {
-    columns: [Vec<T>; 6],
+    /// The state, where it is not the last good one.
+    columns: Option<[Vec<T>; 6]>,
     solvers: SolverState,
     is_timed: bool,
 }
@@ -71,9 +76,8 @@ pub struct CpuBackend<T> {
     program: Program,
     team: Team,
     pub(crate) chunks: Vec<Range<usize>>,
-    /// The states before and after a sub-step; they alternate.
-    pub(crate) states: [Fields<T>; 2],
-    pub(crate) current: usize,
+    pub(crate) states: States<T>,
+    pub(crate) turn: Turn,
     marks: Shared<Marks>,
     scratch: PerWorker<Scratch<T>>,
     pub(crate) input: FrameInput,
@@ -101,7 +105,7 @@ impl<T: Real> CpuBackend<T> {
         let nodes = Nodes { tiles: tiles::tiles(&assembly), inverse_mass, mass, level: SimdLevel::detect() };
         let team = Team::new(threads);
         let chunks = tiles::chunks_by_nodes(&nodes.tiles, team.threads());
-        let states = [0, 6 * STAGGER].map(|lead| start(&assembly, lead));
+        let states = LEADS.map(|lead| start(&assembly, lead));
         let clock = Instant::now();
         let mut context = Context { assembly: &mut assembly, nodes: &nodes, chunks: &chunks };
         let (workers, largest) = (context.workers(), context.largest_tile());
@@ -124,7 +128,7 @@ impl<T: Real> CpuBackend<T> {
             team,
             chunks,
             states,
-            current: 0,
+            turn: Turn::default(),
             input: FrameInput::default(),
             sums: FrameSums::default(),
             refinement: Refinement::default(),
@@ -137,7 +141,7 @@ impl<T: Real> CpuBackend<T> {
     /// Runs the frame that starts at time `start` [s], as finely as it was before.
     fn run_frame(&mut self, start: f64) {
         // SAFETY: no worker works between frames.
-        let state = self.states[self.current].each_ref().map(|column| unsafe { column.read() });
+        let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
         for feature in self.features.iter_mut() {
             feature.prepare(&self.assembly, start, state);
         }
@@ -150,7 +154,7 @@ impl<T: Real> CpuBackend<T> {
     fn keep(&mut self) -> Option<Kept<T>> {
         let may_repeat = self.features.iter_mut().any(|feature| feature.taken().is_some());
         may_repeat.then(|| Kept {
-            columns: std::array::from_fn(|axis| self.column(axis).to_vec()),
+            columns: (!self.turn.is_good()).then(|| std::array::from_fn(|axis| self.column(axis).to_vec())),
             solvers: self.solver_state(),
             is_timed: self.is_timed,
         })
@@ -158,8 +162,13 @@ impl<T: Real> CpuBackend<T> {
 
     /// Puts a state back.
     fn put_back(&mut self, kept: &Kept<T>) {
-        for (column, numbers) in self.states[self.current].iter_mut().zip(&kept.columns) {
-            column.get_mut().copy_from_slice(numbers);
+        match &kept.columns {
+            None => self.turn.return_to_good(),
+            Some(columns) => {
+                for (column, numbers) in self.states[self.turn.now].iter_mut().zip(columns) {
+                    column.get_mut().copy_from_slice(numbers);
+                }
+            }
         }
         for feature in self.features.iter_mut() {
             (0..self.assembly.places).for_each(|node| feature.forget(node));
@@ -178,10 +187,10 @@ impl<T: Real> CpuBackend<T> {
             return;
         }
         let seconds = start.elapsed().as_secs_f64();
-        self.current = (self.current + substeps.len()) % 2;
+        substeps.iter().for_each(|_| self.turn.pass());
         self.sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
         // SAFETY: no worker works between frames.
-        let state = self.states[self.current].each_ref().map(|column| unsafe { column.read() });
+        let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
         for feature in self.features.iter_mut() {
             feature.measure(state, substeps.len(), &mut self.sums);
         }
@@ -255,7 +264,7 @@ impl<T: Real> CpuBackend<T> {
                 workers: self.chunks.len(),
                 tiles: self.chunks[index].clone(),
                 states: &self.states,
-                current: self.current,
+                turn: self.turn,
                 marks: &self.marks,
                 scratch: &self.scratch,
                 barrier,
@@ -268,7 +277,7 @@ impl<T: Real> CpuBackend<T> {
     /// A column of the present state.
     fn column(&self, axis: usize) -> &[T] {
         // SAFETY: workers work while a frame runs, which borrows the backend mutably.
-        unsafe { self.states[self.current][axis].read() }
+        unsafe { self.states[self.turn.now][axis].read() }
     }
 }
 
@@ -308,6 +317,15 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.team.was_stopped()
     }
 
+    fn mark_good(&mut self) {
+        self.turn.mark_good();
+    }
+
+    fn return_to_good(&mut self) -> Result<(), Lost> {
+        self.turn.return_to_good();
+        Ok(())
+    }
+
     fn measure(&mut self) -> Result<(), Lost> {
         self.run(&[]);
         Ok(())
@@ -342,7 +360,7 @@ impl<T: Real> Backend for CpuBackend<T> {
             self.features.iter_mut().for_each(|feature| feature.relocate());
         }
         let state = position.into_iter().chain(velocity);
-        for (column, number) in self.states[self.current].iter_mut().zip(state) {
+        for (column, number) in self.states[self.turn.now].iter_mut().zip(state) {
             column.get_mut()[node] = T::from_f64(number);
         }
         self.features.iter_mut().for_each(|feature| feature.forget(node));
@@ -404,7 +422,7 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn memory(&self) -> usize {
-        let state = 14 * padded(&self.assembly) * size_of::<T>();
+        let state = (6 * LEADS.len() + 2) * padded(&self.assembly) * size_of::<T>();
         state + self.features.iter().map(|feature| feature.bytes()).sum::<usize>()
     }
 }
@@ -427,7 +445,7 @@ fn masses<T: Real>(assembly: &Assembly) -> [Column<T>; 2] {
     columns
 }
 
-/// The state at the start. `lead` separates the two buffers of a state in the cache.
+/// The state at the start. `lead` separates the buffers of a state in the cache.
 fn start<T: Real>(assembly: &Assembly, lead: usize) -> Fields<T> {
     std::array::from_fn(|axis| {
         let mut column = Column::staggered(padded(assembly), lead + STAGGER * axis);

@@ -14,6 +14,7 @@ pub mod places;
 pub mod separate;
 pub mod shared;
 pub mod simd;
+pub mod states;
 pub mod sums;
 pub mod team;
 pub mod tile;

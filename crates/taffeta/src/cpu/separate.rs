@@ -20,12 +20,12 @@ impl<T: Real> CpuBackend<T> {
     /// A column of the present state, or of that after the sub-step.
     fn column_of(&self, next: bool, axis: usize) -> &[T] {
         // SAFETY: workers work while the backend is borrowed mutably.
-        unsafe { self.states[if next { 1 - self.current } else { self.current }][axis].read() }
+        unsafe { self.states[if next { self.turn.next() } else { self.turn.now }][axis].read() }
     }
 
     /// Sets a place in the state after the sub-step, as position [m], then velocity [m/s].
     pub fn set_after(&mut self, place: usize, state: [T; 6]) {
-        let after = &mut self.states[1 - self.current];
+        let after = &mut self.states[self.turn.next()];
         after.iter_mut().zip(state).for_each(|(column, number)| column.get_mut()[place] = number);
     }
 
@@ -89,8 +89,8 @@ impl<T: Real> CpuBackend<T> {
 
     /// Ends a sub-step whose state was computed elsewhere.
     pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
-        self.current = 1 - self.current;
-        for (axis, column) in self.states[self.current].iter_mut().enumerate() {
+        self.turn.pass();
+        for (axis, column) in self.states[self.turn.now].iter_mut().enumerate() {
             let places = &mut column.get_mut()[..self.assembly.places];
             places.iter_mut().enumerate().for_each(|(place, number)| *number = state(axis, place));
         }

@@ -4,6 +4,7 @@ use crate::backend::FrameInput;
 use crate::cpu::clock::Clock;
 use crate::cpu::feature::{Features, Flow};
 use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::states::{States, Turn};
 use crate::cpu::team::Barrier;
 use crate::cpu::tile::{Fields, Moved, Nodes, Scratch, Tile};
 use crate::plan::Substep;
@@ -68,9 +69,9 @@ pub struct Worker<'a, T> {
     pub workers: usize,
     /// Its tiles.
     pub tiles: Range<usize>,
-    /// The states before and after a sub-step, which alternate, and which of them is the one before.
-    pub states: &'a [Fields<T>; 2],
-    pub current: usize,
+    /// The states, and which of them is the one before the sub-step.
+    pub states: &'a States<T>,
+    pub turn: Turn,
     /// The marks of each tile.
     pub marks: &'a Shared<Marks>,
     /// Scratch memory.
@@ -96,7 +97,7 @@ impl<'a, T: Real> Worker<'a, T> {
             }
             self.blocks(&program.substep);
             self.timed(None, |worker| worker.barrier.wait());
-            self.current = 1 - self.current;
+            self.turn.pass();
         }
         self.substep = at_rest;
         self.blocks(&program.end);
@@ -194,8 +195,8 @@ impl<'a, T: Real> Worker<'a, T> {
 
     /// The state at the start of the sub-step.
     pub fn old(&self) -> [&'a [T]; 6] {
-        // SAFETY: in a sub-step all workers read this buffer and write the other; they swap after a barrier.
-        self.states[self.current].each_ref().map(|column| unsafe { column.read() })
+        // SAFETY: in a sub-step all workers read this buffer and write another; they take turns after a barrier.
+        self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() })
     }
 
     /// Position of a place before the sub-step [m].
@@ -213,7 +214,7 @@ impl<'a, T: Real> Worker<'a, T> {
     /// Three columns from one on at a place: all six as slices would take longer than what is read of them.
     #[inline(always)]
     fn old_three(&self, first: usize, place: usize) -> [T; 3] {
-        let columns = &self.states[self.current];
+        let columns = &self.states[self.turn.now];
         // SAFETY: as in `old`.
         unsafe {
             [columns[first].read()[place], columns[first + 1].read()[place], columns[first + 2].read()[place]]
@@ -222,7 +223,7 @@ impl<'a, T: Real> Worker<'a, T> {
 
     /// The state after it.
     pub fn next(&self) -> &'a Fields<T> {
-        &self.states[1 - self.current]
+        &self.states[self.turn.next()]
     }
 
     /// Waits for all workers. What they have written before it is visible after it.

@@ -15,7 +15,7 @@ use crate::gpu::layout::Four;
 use crate::gpu::mirror::{Landing, Mirror};
 use crate::gpu::normals::AllNormals;
 use crate::gpu::options::GpuOptions;
-use crate::gpu::partition::Partition;
+use crate::gpu::partition::{Partition, State};
 use crate::plan::refinement::Refinement;
 use crate::plan::{self, Parameters};
 use crate::report::FrameSums;
@@ -58,6 +58,9 @@ pub struct GpuBackend {
     failure_hint: Option<Warning>,
     /// Positions of each partition before the last frame, where something of it is drawn.
     before: Vec<Option<Buffer<Four>>>,
+    /// The last good state of each partition, and whether it is that of now: then it is copied when a frame starts.
+    good: Vec<State>,
+    is_good: bool,
     /// What the frame starts from in each partition, where it may be repeated.
     backups: Vec<Backup>,
     /// How finely sub-steps are cut, and into how many parts those of the last frame were; 0 after a measurement.
@@ -90,6 +93,8 @@ impl GpuBackend {
         assembly.release();
         let normals = Mutex::new(AllNormals::new(kernels.clone()));
         let before = partitions.iter().map(|_| None).collect();
+        let good = partitions.iter().map(|one| State::new(&gpu, "good", one.places.len()));
+        let good = good.collect::<Result<_, _>>().map_err(words)?;
         let backups = partitions.iter().map(|_| Backup::default()).collect();
         let mut backend = Self {
             gpu,
@@ -108,6 +113,8 @@ impl GpuBackend {
             normals,
             drawn: HashMap::new(),
             before,
+            good,
+            is_good: true,
             backups,
             refinement: Refinement::default(),
             parts: 0,
@@ -153,12 +160,17 @@ impl GpuBackend {
         Ok(())
     }
 
-    /// Keeps the positions of now for what is drawn after the next frame.
-    fn keep_positions(&self) -> DispatchList {
+    /// Keeps the positions of now for what is drawn after what comes next, and before a frame the state if it is the last good one.
+    fn keep_state(&mut self, is_frame: bool) -> DispatchList {
         let mut list = DispatchList::new();
         for (partition, before) in self.partitions.iter().zip(&self.before) {
             if let Some(before) = before {
                 list.copy_buffer(&partition.state().position, before);
+            }
+        }
+        if is_frame && std::mem::take(&mut self.is_good) {
+            for (partition, good) in self.partitions.iter().zip(&self.good) {
+                partition.state().copy(good, &mut list);
             }
         }
         list
@@ -180,7 +192,8 @@ impl GpuBackend {
             self.changed = 0..0;
             self.before[index] =
                 Some(self.gpu.buffer("positions before", self.partitions[index].places.len())?);
-            self.gpu.submit(&self.keep_positions())?;
+            let list = self.keep_state(false);
+            self.gpu.submit(&list)?;
         }
         Ok(true)
     }
@@ -262,7 +275,7 @@ impl GpuBackend {
         });
         self.start_frame();
         let mut done = 0;
-        let mut before = self.keep_positions();
+        let mut before = self.keep_state(start.is_some());
         loop {
             let end = substeps.len().min(done + self.at_once());
             let last = end == substeps.len();
@@ -406,6 +419,22 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         Ok(self.run(Some(start), &input)?)
+    }
+
+    fn mark_good(&mut self) {
+        self.is_good = true;
+    }
+
+    fn return_to_good(&mut self) -> Result<(), Lost> {
+        if !std::mem::replace(&mut self.is_good, true) {
+            let mut list = DispatchList::new();
+            for (partition, good) in self.partitions.iter().zip(&self.good) {
+                good.copy(partition.state(), &mut list);
+            }
+            self.gpu.submit(&list)?;
+            (self.mirror, self.changed, self.sent) = (OnceLock::new(), 0..0, false);
+        }
+        Ok(())
     }
 
     fn measure(&mut self) -> Result<(), Lost> {

@@ -73,6 +73,14 @@ impl Backend for Boundary {
         substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }
 
+    fn mark_good(&mut self) {
+        self.cpu.mark_good();
+    }
+
+    fn return_to_good(&mut self) -> Result<(), Lost> {
+        self.cpu.return_to_good()
+    }
+
     fn measure(&mut self) -> Result<(), Lost> {
         let state = self.fours(self.cpu.assembly().places, false, &[]);
         self.gpu.put_state(false, &state);

@@ -21,6 +21,19 @@ pub struct State {
     pub velocity: Buffer<Four>,
 }
 
+impl State {
+    /// Room for the state of so many places.
+    pub fn new(gpu: &Gpu, label: &str, places: usize) -> Result<Self, GpuError> {
+        Ok(Self { position: gpu.buffer(label, places)?, velocity: gpu.buffer(label, places)? })
+    }
+
+    /// Copies it to another of the same size.
+    pub fn copy(&self, to: &Self, list: &mut DispatchList) {
+        list.copy_buffer(&self.position, &to.position);
+        list.copy_buffer(&self.velocity, &to.velocity);
+    }
+}
+
 /// A kernel bound to the buffers, reading either state.
 struct Ready {
     bound: [Bound; 2],

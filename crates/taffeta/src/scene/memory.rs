@@ -33,8 +33,8 @@ pub struct MemoryNeeded {
 
 // Bytes, measured as peaks of resident memory from 10 MB to 2 GB.
 const BODY: u64 = 800;
-const GRID_NODE: u64 = 150;
-const NODE: u64 = 160;
+const GRID_NODE: u64 = 198;
+const NODE: u64 = 208;
 const TRIANGLE: u64 = 16;
 const EDGE: u64 = 20;
 const SPRING: u64 = 165;

@@ -18,8 +18,8 @@ use crate::real::{cross, dot};
 use crate::scene::error::SceneError;
 use crate::scene::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
 pub(crate) use friction::Side;
-pub(crate) use path::plain;
-use path::{Checked, Path};
+use path::Checked;
+pub(crate) use path::{Path, plain};
 pub(crate) use shape::{LARGEST_LENGTH, check_shape};
 use std::collections::HashMap;
 
@@ -219,8 +219,8 @@ fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
     check_times(path, motion.iter().map(|key| key.t))?;
     for (i, key) in motion.iter().enumerate() {
         let path = path.nth("motion", i);
-        path.key("translate").finite(&key.translate)?;
-        path.key("pivot").finite(&key.pivot)?;
+        path.key("translate").within(&key.translate)?;
+        path.key("pivot").within(&key.pivot)?;
         if let Some(turn) = &key.rotate {
             check_rotation(&path.key("rotate"), turn)?;
         }
@@ -243,7 +243,7 @@ fn check_deform(path: &Path, deform: &[[f64; 3]; 3]) -> Checked {
     })
 }
 
-fn check_rotation(path: &Path, turn: &Rotation) -> Checked {
+pub(crate) fn check_rotation(path: &Path, turn: &Rotation) -> Checked {
     path.key("axis").direction(turn.axis)?;
     path.key("degrees").finite(&[turn.degrees])
 }

@@ -3,7 +3,7 @@
 use crate::backend::Lost;
 use crate::diagnostics::advice::runaway;
 use crate::report::FrameReport;
-use crate::simulation::{Simulation, StepError};
+use crate::simulation::{InputError, Simulation, StepError};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -12,17 +12,19 @@ impl Simulation {
     /// repeated: with contact between triangles, and in implicit steps of many iterations.
     ///
     /// # Errors
-    /// A GPU may be lost. After [`StepError::Stopped`] no frame runs before [`Self::restore`].
+    /// A GPU may be lost. After [`StepError::Stopped`] or [`StepError::Diverged`] no frame runs before [`Self::restore`]: the error
+    /// is the same again. So it is where frames would be more than 32 bits count.
     pub fn submit(&mut self, frames: u32) -> Result<(), StepError> {
-        for before in self.frame()..self.frame() + frames {
-            if self.is_between_frames {
-                return Err(StepError::Stopped { frame: before + 1 });
-            }
+        if let Some(error) = &self.halted {
+            return Err(error.clone());
+        }
+        let before = self.frame();
+        let end = before.checked_add(frames).ok_or(InputError::TooManyFrames { before, frames })?;
+        for before in before..end {
             let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
             let driven = self.start_frame(before).map_err(lost)?;
             if self.backend.was_stopped() {
-                self.is_between_frames = true;
-                return Err(StepError::Stopped { frame: before + 1 });
+                return Err(self.halt(StepError::Stopped { frame: before + 1 }));
             }
             self.submitted = (self.submitted.0 + 1, self.submitted.1 | driven);
         }
@@ -56,8 +58,8 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions, velocities and snapshots mean nothing then, and no
-    /// further frame runs before [`Self::restore`].
+    /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions and velocities stay those of the frame before, and
+    /// no further frame runs before [`Self::restore`], as solvers remember a part of the frame.
     pub fn step_unless(&mut self, stop: &Arc<AtomicBool>) -> Result<&FrameReport, StepError> {
         self.backend.stop_on(Some(Arc::clone(stop)));
         let submitted = self.submit(1);
@@ -75,14 +77,25 @@ impl Simulation {
         if frames > 0 {
             let frame = self.report.frame + frames;
             let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
-            self.held.clone_from(&sums.held);
+            let held = sums.held.clone();
             let report = self.report_of(sums, frame);
             if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-                return Err(self.diverged([self.report.frame + 1, frame], what).into());
+                let diverged = self.diverged([self.report.frame + 1, frame], what);
+                self.backend.return_to_good().map_err(|Lost(why)| StepError::Lost { frame, why })?;
+                return Err(self.halt(diverged.into()));
             }
-            self.report = report;
+            (self.report, self.held) = (report, held);
+            self.backend.mark_good();
         }
-        Ok(&self.report)
+        match &self.halted {
+            Some(error) => Err(error.clone()),
+            None => Ok(&self.report),
+        }
+    }
+
+    /// No frame runs from now on.
+    fn halt(&mut self, error: StepError) -> StepError {
+        self.halted.insert(error).clone()
     }
 
     /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.

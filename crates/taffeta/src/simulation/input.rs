@@ -93,17 +93,9 @@ pub enum InputError {
         /// What was to be moved, in words.
         what: String,
     },
-    /// A number is infinite or none at all.
-    #[error("{value} is not {what}: finite numbers would do")]
-    NotFinite {
-        /// What it was for, in words.
-        what: &'static str,
-        /// What was given.
-        value: String,
-    },
-    /// The world cannot be so.
+    /// No scene could have such a number, or such a world.
     #[error(transparent)]
-    World(#[from] SceneError),
+    Value(#[from] SceneError),
     /// The vertices of the body do not fit where they are to be drawn.
     #[error("body `{body}` cannot be drawn there: {why}")]
     VertexTarget {
@@ -112,15 +104,15 @@ pub enum InputError {
         /// Why not, and what would do.
         why: String,
     },
+    /// Frames are counted in 32 bits.
+    #[error("{frames} frames more than {before} are not counted in 32 bits: {} would do", u32::MAX - .before)]
+    TooManyFrames {
+        /// Frames done.
+        before: u32,
+        /// Frames asked for.
+        frames: u32,
+    },
     /// The snapshot is of another scene.
     #[error("{0}")]
     Snapshot(String),
-}
-
-/// Refuses numbers that are not finite.
-pub(crate) fn finite(value: [f64; 3], what: &'static str) -> Result<[f64; 3], InputError> {
-    if value.iter().all(|c| c.is_finite()) {
-        return Ok(value);
-    }
-    Err(InputError::NotFinite { what, value: format!("{value:?}") })
 }

@@ -220,7 +220,7 @@ impl Simulation {
             let _ = self.backend.sums();
         }
         self.input = FrameInput::default();
-        self.is_between_frames = false;
+        self.halted = None;
         for &user in &snapshot.held {
             let node = order[user as usize];
             if self.backend.is_free(node) {
@@ -237,6 +237,7 @@ impl Simulation {
         self.held.clear();
         self.start = snapshot.start.clone();
         self.report = snapshot.report.clone();
+        self.backend.mark_good();
         Ok(())
     }
 

@@ -171,3 +171,38 @@ fn frames_that_were_launched_are_those_of_steps() {
     assert_eq!(submitted.poll().unwrap(), stepped.report());
     assert_eq!(submitted.state_hash(), stepped.state_hash());
 }
+
+#[test]
+fn what_no_scene_could_have_is_refused_while_one_runs_and_changes_nothing() {
+    let scene = Scene::new("far")
+        .time(DT, 1e-3)
+        .body(sheet(50.0).pin_moving(Select::nodes([0]), vec![Keyframe::default()]))
+        .collider(Collider::sphere([0.0, -0.3, 0.0], 0.1));
+    let mut simulation = build(&scene);
+    let (cloth, ball) = (simulation.body("sheet").unwrap(), simulation.collider("collider0").unwrap());
+    let pin = simulation.pin(cloth, 0).unwrap();
+    let shift = |x: f64| Pose { translate: [0.0, x, 0.0], ..Pose::default() };
+    let turn =
+        |length: f64| Pose { rotate: Rotation { axis: [0.0, length, 0.0], degrees: 5.0 }, ..Pose::default() };
+    for odd in
+        [shift(1e300), shift(1.1e6), shift(f64::NAN), turn(0.0), turn(1e-200), turn(1e200), turn(f64::NAN)]
+    {
+        for refused in [simulation.move_collider(ball, odd), simulation.move_pin(pin, odd)] {
+            assert!(matches!(refused, Err(InputError::Value(_))), "{odd:?}");
+        }
+    }
+    for odd in [1e300, f64::INFINITY, f64::NAN] {
+        assert!(matches!(simulation.pin_vertex(cloth, 3, [odd, 0.0, 0.0]), Err(InputError::Value(_))));
+        assert!(matches!(simulation.apply_force(cloth, 3, [odd, 0.0, 0.0]), Err(InputError::Value(_))));
+        simulation.disturb(if odd.is_finite() { 0.0 } else { f64::NAN }, 1);
+    }
+    let far = simulation.move_collider(ball, shift(1.1e6)).unwrap_err().to_string();
+    assert!(far.contains("pose.translate") && far.contains("within ±1000000 m would do"), "{far}");
+    simulation.move_collider(ball, Pose::default()).unwrap();
+    simulation.move_collider(ball, turn(1e-6)).unwrap();
+    simulation.move_collider(ball, shift(0.0)).unwrap();
+    let mut untouched = build(&scene);
+    run(&mut untouched, 3);
+    run(&mut simulation, 3);
+    assert_eq!(positions(&simulation), positions(&untouched));
+}

@@ -13,6 +13,7 @@ mod determinism;
 mod fabric;
 mod friction;
 mod gpu;
+mod halted;
 mod hands;
 mod hanging;
 mod ice;

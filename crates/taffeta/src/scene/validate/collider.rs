@@ -27,8 +27,6 @@ pub(crate) fn check(path: &Path, collider: &Collider) -> Checked {
     check_motion(path, &collider.motion)?;
     collider.motion.iter().enumerate().try_for_each(|(i, key)| {
         let path = path.nth("motion", i);
-        path.key("translate").within(&key.translate)?;
-        path.key("pivot").within(&key.pivot)?;
         path.key("deform").demand(key.deform.is_none(), || {
             "is for pins, and a collider moves without a change of shape; translate and rotate would do, or poses \
              of a mesh"

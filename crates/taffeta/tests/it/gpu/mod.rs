@@ -11,6 +11,7 @@ mod surfaces;
 mod surfaces_implicit;
 
 use crate::common::{build_as, farthest, gpu, near, normals, own_gpu, positions, run};
+use crate::halted::{burst, bursting};
 use taffeta::scene::{
     Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque, UvSphere,
     Volume, VolumeForm, VolumeKey, VolumeWeights,
@@ -334,6 +335,26 @@ fn a_blow_up_on_the_gpu_is_reported_and_not_shown() {
     let Some(StepError::Diverged(error)) = error else { panic!("{error:?}") };
     assert_eq!(error.body, "flag");
     assert!(matches!(error.advice[..], [Advice::LongestStep(_), ..]), "{error:?}");
+}
+
+#[test]
+fn positions_after_a_blow_up_on_the_gpu_are_those_of_the_last_good_frame() {
+    for frames in [1, 3] {
+        let mut simulation = on_gpu(&bursting());
+        let (hash, before, error) = burst(&mut simulation, frames);
+        assert!(matches!(error, StepError::Diverged(_)), "{error}");
+        assert_eq!((simulation.state_hash(), positions(&simulation)), (hash, before));
+        assert_eq!(simulation.step().unwrap_err().to_string(), error.to_string());
+        // Pins that a program set after the last frame are part of what was good.
+        let mut again = on_gpu(&bursting());
+        let sheet = again.body("stiff").unwrap();
+        again.disturb(1e-4, 1);
+        (0..100).find_map(|_| {
+            again.pin_vertex(sheet, 7, [0.0; 3]).unwrap();
+            again.advance(frames).err()
+        });
+        assert!(positions(&again).iter().flatten().all(|x| x.is_finite()));
+    }
 }
 
 fn soft(name: &str, subdivisions: u32, place: [f64; 3]) -> Body {

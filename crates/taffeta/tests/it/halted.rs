@@ -1,0 +1,79 @@
+//! After a blow-up there is nothing to see of it: the last good state stays, and no frame runs before a snapshot is restored.
+
+use crate::common::{build, build_as, positions};
+use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+use taffeta::{InputError, Precision, Simulation, StepError};
+
+/// A sheet a little too stiff for its step, and another that would hold.
+pub fn bursting() -> Scene {
+    let sheet = |name: &str, k: f64| {
+        let body = Body::cloth(name, Mesh::grid(6, 7, [0.6, 0.5])).with_mass(Mass::Node(1e-3));
+        body.structural(k, 1e-4).pin(Select::nodes([0]))
+    };
+    Scene::new("bursts").time(0.01, 2.5e-3).body(sheet("soft", 1.0)).body(sheet("stiff", 160.0))
+}
+
+/// Steps by some frames until there is an error. Returns the state before it, and the error.
+pub fn burst(simulation: &mut Simulation, frames: u32) -> (u64, Vec<[f64; 3]>, StepError) {
+    simulation.disturb(1e-6, 1);
+    for _ in 0..100 {
+        let (hash, before) = (simulation.state_hash(), positions(simulation));
+        if let Err(error) = simulation.advance(frames) {
+            return (hash, before, error);
+        }
+    }
+    panic!("it held");
+}
+
+#[test]
+fn positions_after_a_blow_up_are_those_of_the_last_good_frame() {
+    for (precision, frames) in [(Precision::F32, 1), (Precision::F64, 1), (Precision::F32, 3)] {
+        let mut simulation = build_as(&bursting(), precision, 2);
+        let (hash, before, error) = burst(&mut simulation, frames);
+        let StepError::Diverged(end) = &error else { panic!("{error}") };
+        assert_eq!((end.body.as_str(), end.first - 1), ("stiff", simulation.frame()));
+        assert!(simulation.frame() >= frames, "{precision:?}, {frames}");
+        assert_eq!((simulation.state_hash(), positions(&simulation)), (hash, before));
+        assert!(simulation.report().is_finite());
+        let mut velocities: Vec<[f32; 3]> = Vec::new();
+        simulation.velocities_f32(&mut velocities);
+        assert!(velocities.iter().flatten().all(|v| v.is_finite()));
+    }
+}
+
+#[test]
+fn a_simulation_that_blew_up_says_so_again_and_computes_nothing() {
+    let mut simulation = build(&bursting());
+    let good = simulation.snapshot();
+    let (hash, _, error) = burst(&mut simulation, 1);
+    let frame = simulation.frame();
+    for _ in 0..3 {
+        assert_eq!(simulation.step().unwrap_err().to_string(), error.to_string());
+        assert_eq!(simulation.submit(2).unwrap_err().to_string(), error.to_string());
+        assert_eq!(simulation.poll().unwrap_err().to_string(), error.to_string());
+        assert_eq!((simulation.frame(), simulation.state_hash()), (frame, hash));
+    }
+    simulation.restore(&good).unwrap();
+    assert_eq!(simulation.step().unwrap().frame, 1);
+}
+
+#[test]
+fn a_simulation_that_takes_over_from_one_that_blew_up_gets_no_number_that_is_none() {
+    let mut simulation = build(&bursting());
+    let (_, before, _) = burst(&mut simulation, 1);
+    let mut scene = bursting();
+    scene.time.max_step = Some(1e-5);
+    let mut next = build(&scene);
+    next.adopt_state(&simulation);
+    assert_eq!(positions(&next), before);
+    assert!(next.step().unwrap().is_finite());
+}
+
+#[test]
+fn frames_beyond_32_bits_are_refused() {
+    let mut simulation = build(&bursting());
+    simulation.step().unwrap();
+    let error = simulation.submit(u32::MAX).unwrap_err();
+    assert!(matches!(error, StepError::Input(InputError::TooManyFrames { before: 1, frames: u32::MAX })));
+    assert_eq!(simulation.frame(), 1);
+}
