@@ -13,10 +13,6 @@
 //!
 //! Numbers are little endian.
 
-mod identity;
-
-pub use identity::{difference, identity};
-
 use crate::output::part::Part;
 use crate::output::{Begin, in_file};
 use serde::de::DeserializeOwned;
@@ -26,11 +22,12 @@ use std::hash::Hasher;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use taffeta::Snapshot;
+pub use taffeta::scene::{difference, identity};
 use twox_hash::XxHash64;
 
 const MAGIC: &[u8; 8] = b"TAFFETA\0";
 /// Version of the format; one higher whenever the record changes.
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 /// Magic, version and both lengths.
 const HEAD: usize = 28;
 /// The hash at the end.

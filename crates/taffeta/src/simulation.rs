@@ -39,7 +39,7 @@ use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
 use crate::features;
 use crate::report::{FrameReport, FrameSums, Squeezed};
-use crate::scene::{LARGEST_LENGTH, Path, Scene};
+use crate::scene::{LARGEST_LENGTH, Path, Scene, identity_hash};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
 use crate::topology::Surface;
@@ -73,6 +73,8 @@ use std::sync::OnceLock;
 /// ```
 pub struct Simulation {
     id: SimulationId,
+    /// Hash of the scene, for snapshots.
+    scene: u64,
     backend: Box<dyn Backend>,
     precision: Precision,
     bodies: Vec<BodyInfo>,
@@ -128,6 +130,7 @@ impl Simulation {
         let backend = backend(scene, assembly, threads, options)?;
         let mut simulation = Self {
             id,
+            scene: identity_hash(scene),
             backend,
             precision: options.precision,
             bodies,

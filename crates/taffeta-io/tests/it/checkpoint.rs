@@ -1,6 +1,6 @@
 //! Checkpoints: whole, or refused with the reason.
 
-use taffeta::scene::{Body, ConstraintForm, Mass, Mesh, Method, Scene, Select};
+use taffeta::scene::{Body, Collider, ConstraintForm, Internal, Mass, Mesh, Method, Poses, Scene, Select};
 use taffeta::{Options, Simulation, Snapshot};
 use taffeta_io::Checkpoint;
 use taffeta_io::checkpoint::{difference, identity};
@@ -109,13 +109,29 @@ fn a_mesh_that_moved_by_a_bit_is_another_scene() {
         let places = vec![[x, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
         taffeta_io::surface_from(places, polygons, None, vec![]).unwrap()
     };
-    let of = |x: f64| {
-        let mesh = Mesh::Surface(std::sync::Arc::new(surface(x)));
-        identity(&Scene::new("mesh").body(Body::cloth("b", mesh).with_mass(Mass::Node(0.1))))
+    let told = |path: &str, of: &dyn Fn(f64) -> Scene| {
+        let of = |x: f64| identity(&of(x));
+        assert_eq!(difference(&of(0.0), &of(0.0)), None);
+        let said = difference(&of(0.0), &of(f64::EPSILON)).unwrap();
+        assert!(said.starts_with(&format!("`{path}` was \"")) && said.contains(" with hash "), "{said}");
     };
-    assert_eq!(difference(&of(0.0), &of(0.0)), None);
-    let said = difference(&of(0.0), &of(f64::EPSILON)).unwrap();
-    assert!(said.starts_with("`body[0].mesh.file` was \"a surface with hash "), "{said}");
+    let mesh = |x: f64| Mesh::Surface(std::sync::Arc::new(surface(x)));
+    let body = |mesh: Mesh| Body::cloth("b", mesh).with_mass(Mass::Node(0.1));
+    let sheet = || Scene::new("mesh").body(body(Mesh::grid(3, 3, [1.0, 1.0])));
+    told("body[0].mesh.file", &|x| Scene::new("mesh").body(body(mesh(x))));
+    told("collider[0].mesh.file", &|x| sheet().collider(Collider::mesh(mesh(x))));
+    told("collider[0].convex.file", &|x| sheet().collider(Collider::convex(mesh(x))));
+    told("collider[0].poses.file", &|x| {
+        let nodes = vec![std::sync::Arc::new(surface(x).nodes)];
+        let poses = Poses { nodes, ..Poses::default() };
+        sheet().collider(Collider { poses: Some(poses), ..Collider::mesh(mesh(0.0)) })
+    });
+    told("body[0].springs.internal.file", &|x| {
+        let internal = Internal { pairs: Some(vec![[0, 1 + u32::from(x > 0.0)]]), ..Internal::default() };
+        let mut ball = body(Mesh::grid(3, 3, [1.0, 1.0]));
+        ball.springs.internal = Some(internal);
+        Scene::new("mesh").body(ball)
+    });
 }
 
 #[test]

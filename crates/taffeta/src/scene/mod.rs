@@ -10,6 +10,7 @@ mod collider;
 mod error;
 mod force;
 mod friction;
+mod identity;
 mod material;
 mod memory;
 mod mesh;
@@ -31,6 +32,8 @@ pub use collider::{Bar, Collider, Cuboid, Heightfield, Plane, Poses, Shape, Sphe
 pub use error::SceneError;
 pub use force::{Force, ScaleKey, Torque};
 pub use friction::Friction;
+pub(crate) use identity::identity_hash;
+pub use identity::{difference, identity};
 pub use material::{Fabric, FabricDamping, Material, RestCurvature, WarpWeft, Zone};
 pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};

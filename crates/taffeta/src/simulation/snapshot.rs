@@ -30,6 +30,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Snapshot {
+    /// Hash of the scene: of the text that [`identity`](crate::scene::identity) makes of it.
+    pub scene: u64,
     /// Arithmetic, and so the width of the numbers in `state`.
     pub precision: Precision,
     /// Number of nodes of all bodies.
@@ -155,9 +157,25 @@ impl Precision {
         }
     }
 
-    /// The first of `count` numbers in `bytes` that is not finite.
-    fn not_finite(self, bytes: &[u8], count: usize) -> Option<usize> {
-        (0..count).find(|&index| !self.number(bytes, index).is_finite())
+    /// Whether a number is one in this arithmetic.
+    fn has(self, number: f64) -> bool {
+        match self {
+            Self::F32 => (number as f32).is_finite(),
+            Self::F64 => number.is_finite(),
+        }
+    }
+
+    /// What is wrong with a number that it has not.
+    fn refuses(self) -> &'static str {
+        match self {
+            Self::F32 => "is not finite in 32 bits",
+            Self::F64 => "is not finite",
+        }
+    }
+
+    /// The first of `count` numbers in `bytes` that is none in the arithmetic `other`.
+    fn beyond(self, other: Self, bytes: &[u8], count: usize) -> Option<usize> {
+        (0..count).find(|&index| !other.has(self.number(bytes, index)))
     }
 
     /// Appends a number to `bytes`.
@@ -167,6 +185,22 @@ impl Precision {
             Self::F64 => bytes.extend(number.to_le_bytes()),
         }
     }
+}
+
+/// Whether its reports are ones that a run can go on from.
+fn check_reports(snapshot: &Snapshot) -> Result<(), String> {
+    let Snapshot { start, report, .. } = snapshot;
+    for (name, one) in [("start", start), ("last frame", report)] {
+        if !one.is_finite() {
+            return Err(format!(
+                "the report of its {name} has an energy, a momentum or a stretch that is not finite"
+            ));
+        }
+    }
+    if report.frame < start.frame {
+        return Err(format!("it is of frame {}, before its start in frame {}", report.frame, start.frame));
+    }
+    Ok(())
 }
 
 impl std::fmt::Display for Precision {
@@ -188,6 +222,7 @@ impl Simulation {
         let mut state = Vec::with_capacity(order.len() * 6 * self.precision.bytes());
         self.state(&order, |bytes| state.extend_from_slice(bytes));
         let mut snapshot = Snapshot {
+            scene: self.scene,
             precision: self.precision,
             nodes: order.len() as u64,
             start: self.start.clone(),
@@ -211,7 +246,7 @@ impl Simulation {
     /// for, and frames that were submitted and not polled, are given up.
     ///
     /// # Errors
-    /// Where the snapshot is not one of a scene with as many nodes and constraints; nothing is changed then.
+    /// Where the snapshot is of another scene, or has numbers that no simulation of this one could have; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
         let order = self.user_order();
         self.fits(snapshot, &order).map_err(InputError::Snapshot)?;
@@ -242,7 +277,15 @@ impl Simulation {
     }
 
     fn fits(&self, snapshot: &Snapshot, order: &[usize]) -> Result<(), String> {
+        if snapshot.scene != self.scene {
+            return Err(
+                "it is of another scene; the same scene would do, and adopt_state() takes places and velocities \
+                 over into a simulation of another"
+                    .to_owned(),
+            );
+        }
         let nodes = order.len();
+        check_reports(snapshot)?;
         if snapshot.nodes != nodes as u64 {
             return Err(format!("it holds {} nodes, the scene has {nodes}", snapshot.nodes));
         }
@@ -264,8 +307,10 @@ impl Simulation {
                 "node {user} is free in it and pinned here; a simulation just built would do"
             ));
         }
-        match snapshot.precision.not_finite(&snapshot.state, 6 * nodes) {
-            Some(index) => Err(format!("its node {} has a number that is not finite", index / 3 % nodes)),
+        match snapshot.precision.beyond(self.precision, &snapshot.state, 6 * nodes) {
+            Some(index) => {
+                Err(format!("its node {} has a number that {}", index / 3 % nodes, self.precision.refuses()))
+            }
             None => Ok(()),
         }
     }
@@ -286,8 +331,10 @@ impl Simulation {
                 (snapshot.constraints.len(), warm_start.len().max(active.len()).max(joints.len()));
             return Err(format!("what its {count} constraints remember has {bytes} bytes"));
         }
-        if let Some(index) = snapshot.precision.not_finite(&snapshot.constraints, warm_start.len()) {
-            return Err(format!("its constraint {index} has a pull that is not finite"));
+        if let Some(index) =
+            snapshot.precision.beyond(self.precision, &snapshot.constraints, warm_start.len())
+        {
+            return Err(format!("its constraint {index} has a pull that {}", self.precision.refuses()));
         }
         let state = snapshot.solver_state();
         let most = self.backend.assembly().time.most_parts();
@@ -298,9 +345,9 @@ impl Simulation {
                  {CALM_FRAMES} frames, would do"
             ));
         }
-        let not_finite = |one: &ContactForce| one.force.iter().any(|number| !number.is_finite());
-        match state.contacts.iter().position(not_finite) {
-            Some(index) => Err(format!("its contact {index} has a force that is not finite")),
+        let beyond = |one: &ContactForce| one.force.iter().any(|&number| !self.precision.has(number));
+        match state.contacts.iter().position(beyond) {
+            Some(index) => Err(format!("its contact {index} has a force that {}", self.precision.refuses())),
             None => Ok(()),
         }
     }

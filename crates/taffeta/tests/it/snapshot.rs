@@ -179,6 +179,10 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
         assert!(error.contains(words), "{error}");
         assert_eq!(simulation.state_hash(), before);
     };
+    refused(&|s| s.scene ^= 1, "it is of another scene");
+    refused(&|s| s.start.springs = f64::NAN, "the report of its start has an energy");
+    refused(&|s| s.report.kinetic = f64::INFINITY, "the report of its last frame has an energy");
+    refused(&|s| s.start.frame = 1, "it is of frame 0, before its start in frame 1");
     refused(&|s| s.nodes = 7, "it holds 7 nodes, the scene has 261");
     refused(&|s| s.state.truncate(100), "has 100 bytes");
     refused(&|s| s.held.push(261), "node 261");
@@ -186,6 +190,13 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     let nan = f32::NAN.to_le_bytes();
     refused(&|s| s.state[12 * 5..12 * 5 + 4].copy_from_slice(&nan), "node 5 has a number that is not finite");
     refused(&|s| s.pulls = 3, "it holds 3 pulls of constraints, the scene has 0");
+    let mut fine = build_as(&scene(), Precision::F64, 1).snapshot();
+    fine.state[8 * 5..8 * 6].copy_from_slice(&1e200_f64.to_le_bytes());
+    refused(&|s| *s = fine.clone(), "node 1 has a number that is not finite in 32 bits");
+    let mut heavier = scene();
+    heavier.bodies[0].node_mass = Some(0.5);
+    let heavier = build_as(&heavier, Precision::F32, 1).snapshot();
+    refused(&|s| *s = heavier.clone(), "it is of another scene");
     let good = taut(Method::Acad, Precision::F32);
     let count = good.pulls;
     let mut simulation = build_as(&constrained(Method::Acad), Precision::F32, 1);
