@@ -11,7 +11,7 @@ pub mod triangles;
 use crate::advice::{Advice, Refusal};
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
-use crate::scene::{Body, ContactForm, SceneError};
+use crate::scene::{Body, ContactForm, Scene, SceneError, plain};
 
 impl BodyAssembly {
     /// Where a scene describes the contacts that it finds beside those with colliders, if it finds any.
@@ -30,8 +30,35 @@ impl BodyAssembly {
 
 impl Assembly {
     /// Warns of contacts at the start.
-    pub(crate) fn note_start_contacts(&mut self) {
-        self.note_close_nodes();
+    pub(crate) fn note_start_contacts(&mut self, scene: &Scene) -> Result<(), SceneError> {
+        self.check_surface_crowd(scene)?;
+        self.note_close_nodes(scene)
+    }
+
+    /// The error of a thickness that has too much within it: the largest, and what there is most of beside its body. `thickness` is
+    /// that of a body which has contact [m].
+    fn too_crowded(&self, scene: &Scene, thickness: impl Fn(&BodyAssembly) -> Option<f64>) -> SceneError {
+        let thick = |(index, body)| Some((index, thickness(body)?));
+        let of_bodies = (0..).zip(&self.bodies).filter_map(thick);
+        let (index, widest) = of_bodies.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        let others =
+            (0..).zip(&self.bodies).filter(|&(other, body)| other != index && thickness(body).is_some());
+        let others =
+            others.map(|(_, body)| (body.nodes, format!("body `{}` has {} nodes", body.name, body.nodes)));
+        let colliders = self.colliders().iter().enumerate().filter_map(|(index, one)| {
+            let faces = one.faces()?.len();
+            Some((faces, format!("collider `{}` has {faces} triangles", scene.collider_name(index))))
+        });
+        let most = others.chain(colliders).max_by_key(|other| other.0);
+        SceneError::new(
+            format!("body[{index}].self_collision.thickness"),
+            format!(
+                "is {} m, and there are too many pairs of triangles or nodes within that distance at the start{}; 0.002 to 0.005 m \
+                 is usual for cloth (mm are divided by 1000), or coarser meshes would do",
+                plain(widest),
+                most.map_or(String::new(), |(_, words)| format!(": {words}"))
+            ),
+        )
     }
 }
 

@@ -48,7 +48,7 @@ impl Assembly {
         assembly.measure_seams();
         assembly.note_sewing();
         assembly.add_surfaces(scene);
-        assembly.note_start_contacts();
+        assembly.note_start_contacts(scene)?;
         assembly.note_starts_inside(scene);
         Ok(assembly)
     }

@@ -97,9 +97,10 @@ impl Polygons {
         self.len() == 0
     }
 
-    /// The faces in order, each a slice of vertex indices.
+    /// The faces in order, each a slice of vertex indices. One whose offsets are beyond `corners`, or do not ascend, has none.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        self.offsets.windows(2).map(|w| &self.corners[w[0] as usize..w[1] as usize])
+        let face = |ends: &[u32]| self.corners.get(ends[0] as usize..ends[1] as usize).unwrap_or_default();
+        self.offsets.windows(2).map(face)
     }
 }
 

@@ -42,15 +42,15 @@ impl Time {
         (self.dt / max - SLIVER).ceil().max(1.0) as u32
     }
 
-    /// Start within the frame and length of sub-step `index` [s].
+    /// Start within the frame and length of sub-step `index` [s], counted from 0; those from the last on end with the frame.
     pub fn substep(&self, index: u32) -> (f64, f64) {
         let count = self.substeps();
         if count == 1 {
             return (0.0, self.dt);
         }
         let max = self.max_step.unwrap_or(self.dt);
-        let start = f64::from(index) * max;
-        (start, if index + 1 == count { self.dt - start } else { max })
+        let start = f64::from(index.min(count - 1)) * max;
+        (start, if index >= count - 1 { self.dt - start } else { max })
     }
 
     /// Into how many parts contact between triangles may cut each sub-step: a power of two.
@@ -115,6 +115,7 @@ mod tests {
         assert_eq!(tenth.substeps(), 10);
         assert_eq!(Time { dt: 0.3, max_step: Some(0.1), frames: 1 }.substeps(), 3);
         assert_eq!(Time { dt: 0.01, max_step: Some(1.0), frames: 1 }.substep(0), (0.0, 0.01));
+        assert_eq!(time.substep(u32::MAX), time.substep(33));
     }
 
     #[test]

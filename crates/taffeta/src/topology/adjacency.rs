@@ -32,6 +32,9 @@ pub struct Gather {
 impl Gather {
     /// Lays out the springs `pairs` with rest lengths `rest` [m] among `nodes` nodes. Refuses what 32-bit offsets
     /// cannot reach.
+    ///
+    /// # Panics
+    /// Where a spring has an end beyond `nodes`, or no rest length.
     pub fn new(nodes: usize, pairs: &[[u32; 2]], rest: &[f64]) -> Result<Self, String> {
         let by_node = Csr::corners(nodes, pairs);
         let row = |node: usize| {
@@ -106,6 +109,9 @@ pub struct Csr {
 
 impl Csr {
     /// Sorts `(row, item)` entries, fewer than 2³², by row; counting, so that the order within a row is kept.
+    ///
+    /// # Panics
+    /// Where an entry is of a row beyond `rows`.
     pub fn new(rows: usize, entries: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
         let mut offsets = vec![0u32; rows + 1];
         for (row, _) in entries.clone() {
@@ -125,6 +131,9 @@ impl Csr {
     }
 
     /// For each node the corners of elements (springs, triangles, hinges) at it: item = N·element + corner.
+    ///
+    /// # Panics
+    /// Where an element names a node that is not there.
     pub fn corners<const N: usize>(nodes: usize, elements: &[[u32; N]]) -> Self {
         Self::new(nodes, elements.as_flattened().iter().copied().zip(0..))
     }

@@ -36,6 +36,9 @@ type Run = (u32, u32, bool);
 impl Edges {
     /// Finds the edges of triangles and links among `nodes` nodes; all indices are below `nodes`, and no triangle
     /// or link has a node twice.
+    ///
+    /// # Panics
+    /// Where a triangle or a link names a node that is not there.
     pub fn new(nodes: usize, triangles: &[[u32; 3]], links: &[[u32; 2]]) -> Self {
         let half_edges = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let ends = half_edges.chain(links.iter().copied());

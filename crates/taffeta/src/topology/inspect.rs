@@ -62,6 +62,9 @@ pub struct Inspection {
 
 impl Inspection {
     /// Measures a surface with triangles.
+    ///
+    /// # Panics
+    /// Where the surface names a node that is not there.
     pub fn new(surface: &Surface) -> Self {
         let (nodes, triangles) = (&surface.nodes, &surface.triangles);
         let edges = Edges::new(nodes.len(), triangles, &surface.links);

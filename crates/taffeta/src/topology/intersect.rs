@@ -43,6 +43,9 @@ pub struct Intersections {
 /// (sheet.nodes[2], sheet.nodes[5]) = (sheet.nodes[0], sheet.nodes[3]);
 /// assert!(self_intersections(&sheet.nodes, &sheet.triangles).folded > 0);
 /// ```
+///
+/// # Panics
+/// Where a triangle names a node that is not there.
 pub fn self_intersections(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Intersections {
     within(Budget::of(triangles.len()), nodes, triangles)
 }

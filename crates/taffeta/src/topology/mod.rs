@@ -1,4 +1,9 @@
 //! What follows from meshes alone: shapes, edges, hinges, springs, adjacency, ordering, mass shares.
+//!
+//! # Panics
+//! Functions here take triangles, edges and other lists of nodes at their word: where one names a node that is not there, or lists that
+//! belong together have other lengths, they panic. [`Scene::validate`](crate::scene::Scene::validate) finds both in the surfaces of a
+//! scene, and says where.
 
 pub mod adjacency;
 mod borders;

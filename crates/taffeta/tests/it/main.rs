@@ -8,6 +8,7 @@ mod common;
 mod contact;
 mod convergence;
 mod counts;
+mod crowded;
 mod culprit;
 mod determinism;
 mod fabric;

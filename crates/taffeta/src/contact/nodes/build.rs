@@ -6,7 +6,7 @@ use crate::contact::nodes::cells::Cells;
 use crate::contact::nodes::pair::{ContactMaterial, combine_materials};
 use crate::contact::nodes::self_contact::{Exclusions, GAP, SelfContact};
 use crate::real::{norm, sub};
-use crate::scene::{SceneError, SelfCollision, plain};
+use crate::scene::{Scene, SceneError, SelfCollision, plain};
 use crate::topology::{Csr, measure};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -198,9 +198,12 @@ impl Assembly {
         self.bodies.iter().filter_map(|body| Some((body, body.self_contact()?)))
     }
 
-    /// Warns of nodes that start closer than the thickness.
-    pub(crate) fn note_close_nodes(&mut self) {
-        let Some(found) = StartContacts::find(self) else { return };
+    /// Warns of nodes that start closer than the thickness, and refuses one that has too many nodes within it.
+    pub(crate) fn note_close_nodes(&mut self, scene: &Scene) -> Result<(), SceneError> {
+        let found = StartContacts::find(self).map_err(|TooMany| {
+            self.too_crowded(scene, |body| Some(body.self_contact()?.surface.thickness))
+        })?;
+        let Some(found) = found else { return Ok(()) };
         let [(a, i), (b, j)] = found.worst.map(|(body, local)| (&self.bodies[body], local));
         let (first, second) = (a.vertex_of_solver(i), b.vertex_of_solver(j));
         let words = format!(
@@ -209,6 +212,7 @@ impl Assembly {
             found.pairs, b.name, found.distance, found.thickness
         );
         self.bodies[found.worst[0].0].warnings.push(words);
+        Ok(())
     }
 }
 
@@ -221,8 +225,15 @@ struct StartContacts {
     thickness: f64,
 }
 
+/// Most pairs of nodes that are looked at, for each node and besides: about a second's work, which every sub-step of the run would have
+/// as well.
+const LOOKS: [u64; 2] = [2 * MAX_EXCLUSIONS as u64, 1 << 27];
+
+/// There are more.
+struct TooMany;
+
 impl StartContacts {
-    fn find(assembly: &Assembly) -> Option<Self> {
+    fn find(assembly: &Assembly) -> Result<Option<Self>, TooMany> {
         let widest = assembly
             .self_colliding()
             .map(|(_, self_contact)| self_contact.surface.thickness)
@@ -233,8 +244,12 @@ impl StartContacts {
             .collect();
         let place = |&(body, local): &(usize, usize)| assembly.bodies[body].start[local];
         if nodes.is_empty() {
-            return None;
+            return Ok(None);
         }
+        let surfaces: Vec<Option<&ContactMaterial<f64>>> =
+            assembly.bodies.iter().map(|body| Some(&body.self_contact()?.surface)).collect();
+        let most = LOOKS[1] + LOOKS[0] * nodes.len() as u64;
+        let mut looks = 0;
         let cells = Cells::new(nodes.len(), widest);
         let bucket = |node: &(usize, usize)| cells.bucket(cells.cell(place(node))) as u32;
         let rows = Csr::new(cells.buckets(), nodes.iter().map(bucket).zip(0..));
@@ -242,9 +257,18 @@ impl StartContacts {
         for (i, node) in nodes.iter().enumerate() {
             let (body, x) = (&assembly.bodies[node.0], place(node));
             let Some(own) = body.self_contact() else { continue };
-            let mut near: Vec<u32> =
-                cells.around(cells.cell(x)).flatten().flat_map(|b| rows.row(b)).copied().collect();
-            near.retain(|&j| j as usize > i && norm(sub(place(&nodes[j as usize]), x)) < widest);
+            let candidates = || cells.around(cells.cell(x)).flatten().map(|bucket| rows.row(bucket));
+            looks += candidates().map(|row| row.len() as u64).sum::<u64>();
+            if looks > most {
+                return Err(TooMany);
+            }
+            let touches = |&j: &u32| {
+                let other = &nodes[j as usize];
+                let Some(surface) = surfaces[other.0] else { return false };
+                let thickness = combine_materials(&own.surface, surface).thickness;
+                j as usize > i && norm(sub(place(other), x)) < thickness
+            };
+            let mut near: Vec<u32> = candidates().flatten().copied().filter(touches).collect();
             near.sort_unstable();
             near.dedup();
             own.exclusions.each(body.grid_layout, node.1, |other| {
@@ -257,23 +281,20 @@ impl StartContacts {
                 let Some(self_contact) = assembly.bodies[other.0].self_contact() else { continue };
                 let thickness = combine_materials(&own.surface, &self_contact.surface).thickness;
                 let distance = norm(sub(place(&other), x));
-                if distance >= thickness {
-                    continue;
-                }
                 found.pairs += 1;
                 if distance * found.thickness < found.distance * thickness {
                     (found.worst, found.distance, found.thickness) = ([*node, other], distance, thickness);
                 }
             }
         }
-        (found.pairs > 0).then_some(found)
+        Ok((found.pairs > 0).then_some(found))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
+    use crate::scene::{Body, Icosphere, Mass, Mesh};
 
     fn assembly(mesh: Mesh, thickness: f64) -> Result<Assembly, SceneError> {
         let body =

@@ -10,6 +10,7 @@ pub mod carry;
 pub mod closest;
 pub mod cones;
 pub mod cpu;
+mod crowd;
 pub mod filter;
 #[cfg(feature = "gpu")]
 pub mod gpu;

@@ -62,7 +62,7 @@ pub struct Surfaces {
     /// Number of the places of nodes.
     pub places: usize,
     /// How many of the surfaces are of bodies, which come first.
-    soft: usize,
+    pub(super) soft: usize,
     /// Corners by place, leaf after leaf.
     pub triangles: Vec<[u32; 3]>,
     /// Edges and vertices by place, leaf after leaf.
@@ -130,6 +130,13 @@ impl Kind {
             Self::VertexTriangle => VertexTriangle::FIRST,
             Self::EdgeEdge => EdgeEdge::FIRST,
         }
+    }
+}
+
+impl SurfaceContact {
+    /// The largest distance kept, of zones too [m].
+    pub(super) fn thickest(&self) -> f64 {
+        self.zones.iter().map(|zone| zone.thickness).fold(self.thickness, f64::max)
     }
 }
 
