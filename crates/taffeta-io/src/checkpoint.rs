@@ -13,13 +13,11 @@
 //!
 //! Numbers are little endian.
 
-use crate::output::part::Part;
-use crate::output::{Begin, in_file};
+use crate::files::{self, in_file};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use std::fs::File;
 use std::hash::Hasher;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 use taffeta::Snapshot;
 pub use taffeta::scene::{difference, identity};
@@ -94,22 +92,12 @@ impl<R: Serialize> Checkpoint<R> {
         head.extend(VERSION.to_le_bytes());
         head.extend((length as u64).to_le_bytes());
         head.extend((record.len() as u64).to_le_bytes());
-        let mut hasher = XxHash64::with_seed(0);
-        let mut part = Part::open(path, Begin::New)?;
         let pieces = [&head[..], &record, &snapshot.state, &snapshot.constraints];
-        let written = pieces.into_iter().try_for_each(|piece| {
-            hasher.write(piece);
-            part.write_all(piece)
-        });
-        match written.and_then(|()| part.write_all(&hasher.finish().to_le_bytes())).and_then(|()| part.sync())
-        {
-            Ok(()) => part.finish().map(drop),
-            Err(error) => {
-                // A full disk has better uses than half a checkpoint; the error counts, not whether this works.
-                let _ = part.remove();
-                Err(error)
-            }
-        }
+        let mut hasher = XxHash64::with_seed(0);
+        pieces.iter().for_each(|piece| hasher.write(piece));
+        let hash = hasher.finish().to_le_bytes();
+        let [head, record, state, constraints] = pieces;
+        files::replace(path, &[head, record, state, constraints, &hash])
     }
 }
 
@@ -118,7 +106,7 @@ impl<R: DeserializeOwned> Checkpoint<R> {
     pub fn read(path: &Path) -> Result<Self, String> {
         let read = || {
             let unread = |error: io::Error| format!("cannot be read: {error}");
-            let mut file = File::open(path).map_err(unread)?;
+            let mut file = files::open(path).map_err(unread)?;
             let length = file.metadata().map_err(unread)?.len();
             let mut bytes = Vec::new();
             (&mut file).take(HEAD as u64).read_to_end(&mut bytes).map_err(unread)?;

@@ -26,6 +26,7 @@
 //! ```
 
 pub mod checkpoint;
+pub mod files;
 pub mod mesh;
 pub mod output;
 pub mod program;

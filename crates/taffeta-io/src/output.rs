@@ -21,7 +21,6 @@ mod vtu;
 mod vtu_mesh;
 
 pub use part::check_file;
-pub(crate) use part::in_file;
 
 pub use drawn::Drawn;
 pub use frames::FrameTable;

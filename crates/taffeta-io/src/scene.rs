@@ -19,7 +19,6 @@ pub use source::{LoadError, Place, SceneSource};
 
 use crate::mesh::MeshFormat;
 use serde::Deserialize;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use taffeta::scene::Scene;
 
@@ -54,9 +53,7 @@ const LARGEST: usize = 10_000_000;
 
 /// The bytes of a file, up to one more than a scene may have.
 fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.take(LARGEST as u64 + 1).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    crate::files::read(path, LARGEST as u64 + 1)
 }
 
 /// Reads a scene file, applies the overrides `sets` (each `PATH=VALUE`) and loads the files that it names.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taffeta::GpuCost;
 use taffeta::taffeta_gpu::{Choice, Gpu};
+use taffeta_io::files;
 use taffeta_io::program::{Failure, complain};
 
 /// After this time no further speed is measured, so that a slow device ends too [s].
@@ -124,11 +125,7 @@ impl Session {
         let Some(file) = &self.out else { return Ok(()) };
         let text = console::json(&self.report)? + "\n";
         // Put in place when it is whole: a driver may take the program down at any time.
-        let mut part = file.clone().into_os_string();
-        part.push(".part");
-        std::fs::write(&part, text)
-            .and_then(|()| std::fs::rename(&part, file))
-            .map_err(|error| Failure::Work(format!("{}: {error}", file.display())))
+        files::replace(file, &[text.as_bytes()]).map_err(|error| Failure::Work(error.to_string()))
     }
 }
 

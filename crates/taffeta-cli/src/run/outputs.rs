@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation};
+use taffeta_io::files;
 use taffeta_io::output::{Begin, FrameSink, FrameTable, Positions, Vtu, check_file};
 use taffeta_io::program::{Failure, complain};
 
@@ -224,8 +225,8 @@ fn remove_earlier(plan: &Plan) -> io::Result<()> {
         remove(&plan.checkpoint())?;
     }
     let path = plan.dir.join("summary.json");
-    let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
-    let earlier: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let Ok(text) = files::read(&path, LONGEST_SUMMARY) else { return Ok(()) };
+    let earlier: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
     let files = earlier["files"].as_array().into_iter().flatten().filter_map(|file| file.as_str());
     for file in files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())) {
         let path = plan.dir.join(file);
@@ -240,13 +241,11 @@ fn remove_earlier(plan: &Plan) -> io::Result<()> {
     remove(&path)
 }
 
+/// More than any summary has [byte].
+const LONGEST_SUMMARY: u64 = 1 << 28;
+
 /// Writes `summary.json`, which has its name only when it is whole.
 pub fn write_summary(dir: &Path, summary: &Summary) -> io::Result<()> {
-    let (path, part) = (dir.join("summary.json"), dir.join("summary.json.part"));
     let text = serde_json::to_string_pretty(summary)? + "\n";
-    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, &path)).map_err(|error| {
-        // An empty file tells nothing.
-        let _ = std::fs::remove_file(&part);
-        io::Error::new(error.kind(), format!("{}: {error}", path.display()))
-    })
+    files::replace(&dir.join("summary.json"), &[text.as_bytes()])
 }

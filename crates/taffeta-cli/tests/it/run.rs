@@ -220,11 +220,55 @@ fn a_divergence_keeps_the_good_frames_and_exits_with_1() {
 #[test]
 fn a_full_disk_exits_with_1_and_says_which_file() {
     let desk = Desk::with(SHEET);
-    std::fs::create_dir(desk.path("o")).unwrap();
-    std::os::unix::fs::symlink("/dev/full", desk.path("o/positions.npy.part")).unwrap();
-    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    // No file may become longer than 4 blocks, of 512 or 1024 bytes, which is less than the positions of all frames.
+    let limited = "trap '' XFSZ; ulimit -f 4; exec \"$0\" run scene.toml --out o --frames 10";
+    let mut shell = assert_cmd::Command::new("sh");
+    let taffeta = assert_cmd::cargo::cargo_bin!("taffeta");
+    shell.args(["-c".as_ref(), limited.as_ref(), taffeta.as_os_str()]).current_dir(desk.path(""));
+    let (_, err, code) = ending(shell);
     assert_eq!(code, Some(1), "{err}");
     assert!(err.starts_with("error: ") && err.contains("positions.npy.part"), "{err}");
+}
+
+#[cfg(unix)]
+#[test]
+fn nothing_is_written_through_links_in_the_folder_of_results() {
+    let link = |name: &str| {
+        let desk = Desk::with(SHEET);
+        std::fs::create_dir(desk.path("o")).unwrap();
+        std::fs::write(desk.path("theirs"), "precious").unwrap();
+        std::os::unix::fs::symlink(desk.path("theirs"), desk.path(&format!("o/{name}"))).unwrap();
+        let args = ["run", "scene.toml", "--out", "o", "--frames", "3", "--checkpoint-every", "1"];
+        let (_, err, code) = ending(desk.taffeta(&args));
+        assert_eq!(std::fs::read_to_string(desk.path("theirs")).unwrap(), "precious", "{name}");
+        (err, code)
+    };
+    for name in ["positions.npy.part", "frames.csv.part", "lock.part"] {
+        let (err, code) = link(name);
+        assert!(err.contains(&format!("o/{name}: is a link to a file elsewhere")), "{err}");
+        assert!(matches!(code, Some(1 | 2)), "{code:?}");
+    }
+    for name in ["positions.npy", "summary.json", "summary.json.part", "checkpoint.taffeta.part"] {
+        let (err, code) = link(name);
+        assert_eq!(code, Some(0), "{name}: {err}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_are_refused_without_waiting_for_their_other_end() {
+    let desk = Desk::with(SHEET);
+    let made = std::process::Command::new("mkfifo").arg(desk.path("pipe")).status();
+    assert!(made.unwrap().success());
+    for args in [
+        ["run", "pipe", "--quiet"].as_slice(),
+        &["check", "pipe"],
+        &["run", "scene.toml", "--resume", "pipe"],
+    ] {
+        let (_, err, code) = ending(desk.taffeta(args));
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.contains("pipe: ") && err.contains("is not a regular file"), "{err}");
+    }
 }
 
 #[cfg(unix)]

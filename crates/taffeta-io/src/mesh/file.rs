@@ -1,7 +1,6 @@
 //! Reading files whose names users give.
 
 use super::MeshError;
-use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
@@ -21,7 +20,7 @@ pub(super) fn check_kind(path: &Path) -> Result<(), MeshError> {
 /// The bytes of a regular file. Refuses one that would not fit into memory.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error| MeshError::new(format!("cannot be read: {error}"));
-    let file = File::open(path).map_err(|error| match error.kind() {
+    let file = crate::files::open(path).map_err(|error| match error.kind() {
         ErrorKind::NotFound if in_models(path) => {
             MeshError::new("is not there; `cargo xtask models` fetches the real models")
         }

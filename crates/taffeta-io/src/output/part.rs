@@ -1,8 +1,8 @@
 //! A file that has its name only when it is whole.
 
 use super::Begin;
-use std::ffi::OsString;
-use std::fs::{File, TryLockError, rename};
+use crate::files::{create_own, in_file, open_own, sync_folder, with_suffix};
+use std::fs::{File, TryLockError, remove_file, rename};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -24,25 +24,30 @@ impl Part {
     /// Starts the file that will be called `path`, or takes it up.
     pub fn open(path: &Path, begin: Begin) -> io::Result<Self> {
         let part = with_suffix(path, ".part");
-        if begin == Begin::Again && !part.exists() {
+        if begin == Begin::Again && !is_there(&part) {
             // The earlier run had come to an end.
-            rename(path, &part).map_err(|error| in_file(path, error))?;
+            open_own(path).and_then(|_| rename(path, &part)).map_err(|error| in_file(path, error))?;
         }
-        let file = File::options().read(true).write(true).create(true).truncate(false).open(&part);
-        let file = file.map_err(|error| in_file(&part, error))?;
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let what = "another run is writing here; wait for it or choose another folder";
-            return Err(in_file(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
-        }
-        let mut opened = Self { path: path.to_owned(), part, file, buffer: Vec::new(), written: 0 };
-        match begin {
-            Begin::New => opened.cut(0)?,
-            Begin::Again => {
-                let metadata = opened.file.metadata();
-                opened.written = metadata.map_err(|error| in_file(&opened.part, error))?.len();
+        let open = || match begin {
+            Begin::New => {
+                if is_there(&part) {
+                    // What a killed run has left.
+                    lock(&open_own(&part)?)?;
+                    remove_file(&part)?;
+                }
+                let file = create_own(&part)?;
+                lock(&file)?;
+                Ok((file, 0))
             }
-        }
-        Ok(opened)
+            Begin::Again => {
+                let file = open_own(&part)?;
+                lock(&file)?;
+                let length = file.metadata()?.len();
+                Ok((file, length))
+            }
+        };
+        let (file, written) = open().map_err(|error| in_file(&part, error))?;
+        Ok(Self { path: path.to_owned(), part, file, buffer: Vec::new(), written })
     }
 
     /// Length so far [byte].
@@ -87,7 +92,7 @@ impl Part {
 
     /// Removes the file.
     pub fn remove(self) -> io::Result<()> {
-        std::fs::remove_file(&self.part).map_err(|error| in_file(&self.part, error))
+        remove_file(&self.part).map_err(|error| in_file(&self.part, error))
     }
 
     /// Puts everything so far on the disk.
@@ -139,13 +144,6 @@ impl Write for Part {
     }
 }
 
-/// Puts a new name on the disk, where folders can be synced. Without it the file is whole, and found under its earlier
-/// name after a power failure.
-pub(crate) fn sync_folder(path: &Path) {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let _ = File::open(folder).and_then(|folder| folder.sync_all());
-}
-
 /// Refuses a file called `path`, finished or under way, that has less than `length` bytes: a run cannot go on with it.
 ///
 /// ```
@@ -160,8 +158,9 @@ pub(crate) fn sync_folder(path: &Path) {
 /// ```
 pub fn check_file(path: &Path, length: u64) -> io::Result<()> {
     let part = with_suffix(path, ".part");
-    let there = if part.exists() { &part } else { path };
-    let now = there.metadata().map_err(|error| in_file(there, error))?.len();
+    let there = if is_there(&part) { &part } else { path };
+    let opened = open_own(there).and_then(|file| file.metadata());
+    let now = opened.map_err(|error| in_file(there, error))?.len();
     if now >= length {
         return Ok(());
     }
@@ -169,13 +168,16 @@ pub fn check_file(path: &Path, length: u64) -> io::Result<()> {
     Err(in_file(there, io::Error::new(io::ErrorKind::InvalidInput, what)))
 }
 
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name: OsString = path.as_os_str().to_owned();
-    name.push(suffix);
-    PathBuf::from(name)
+/// Whether anything has this name.
+fn is_there(path: &Path) -> bool {
+    path.symlink_metadata().is_ok()
 }
 
-/// The error with the file that it is about.
-pub(crate) fn in_file(path: &Path, error: io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+/// Keeps other runs out, where the file system has locks.
+fn lock(file: &File) -> io::Result<()> {
+    if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        let what = "another run is writing here; wait for it or choose another folder";
+        return Err(io::Error::new(io::ErrorKind::ResourceBusy, what));
+    }
+    Ok(())
 }

@@ -3,9 +3,10 @@
 //! A frame adds to all bodies, but the file has one body after the other. The first body's points stream into the file
 //! itself; all that comes after them streams into parts of its own, which `finish` appends.
 
-use super::part::{Part, check_file, in_file};
+use super::part::{Part, check_file};
 use super::usd_mesh::write_topology;
 use super::{Begin, FrameSink, Positions, usd_identifiers};
+use crate::files::in_file;
 use std::fs::{File, remove_file};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;

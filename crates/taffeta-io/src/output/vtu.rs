@@ -2,10 +2,11 @@
 //!
 //! The `.pvd` grows by the files of a frame when they are whole, and its length is where the frames end.
 
-use super::part::{Part, check_file, in_file, sync_folder};
+use super::part::{Part, check_file};
 use super::vtu_mesh::Grid;
 use super::{Begin, FrameSink, Positions, file_stems};
-use std::fs::{File, create_dir_all, read_dir, read_to_string, remove_dir, remove_file};
+use crate::files::{self, in_file, sync_folder};
+use std::fs::{File, create_dir_all, read_dir, remove_dir, remove_file};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -99,7 +100,8 @@ impl Vtu {
     /// Removes the `.pvd` file at `path` and the `.vtu` files that it names.
     pub fn remove(path: &Path) -> io::Result<()> {
         let folder = path.with_file_name(FOLDER);
-        let text = read_to_string(path).map_err(|error| in_file(path, error))?;
+        let bytes = files::read(path, u64::MAX).map_err(|error| in_file(path, error))?;
+        let text = String::from_utf8_lossy(&bytes);
         let names = text.lines().filter_map(|line| line.split_once(" file=\"vtu/")?.1.strip_suffix("\"/>"));
         // Only files within the folder, whatever the text says.
         for name in names.filter(|name| Path::new(name).file_name() == Some(name.as_ref())) {
@@ -150,7 +152,11 @@ impl FrameSink for Vtu {
             return Err(self.pvd.refuse(what));
         }
         if self.frames == 0 {
-            create_dir_all(&self.folder).map_err(|error| in_file(&self.folder, error))?;
+            // Nothing is written to another folder than this.
+            let is_link = self.folder.is_symlink();
+            let made =
+                if is_link { Err(io::ErrorKind::NotADirectory.into()) } else { create_dir_all(&self.folder) };
+            made.map_err(|error| in_file(&self.folder, error))?;
             self.files()?.iter().try_for_each(|(path, _)| remove(path))?;
         }
         let mut lines = String::new();

@@ -115,13 +115,11 @@ fn fill_pairs(
     let file = found(folders, name, &place, source)?;
     let refuse = |what: String| source.at_path(&place, format!("{}: {what}", file.display()));
     let unread = |error: std::io::Error| refuse(format!("cannot be read: {error}"));
-    let bytes = std::fs::metadata(&file).map_err(unread)?.len();
-    if bytes > LONGEST_LIST {
-        return Err(refuse(format!(
-            "has {bytes} bytes, {LONGEST_LIST} are the limit; fewer struts would do"
-        )));
+    let bytes = crate::files::read(&file, LONGEST_LIST + 1).map_err(unread)?;
+    if bytes.len() as u64 > LONGEST_LIST {
+        return Err(refuse(format!("has more than {LONGEST_LIST} bytes; fewer struts would do")));
     }
-    let text = std::fs::read_to_string(&file).map_err(unread)?;
+    let text = String::from_utf8(bytes).map_err(|_| refuse("is not text in UTF-8".to_owned()))?;
     let (pairs, lines) = read_pairs(&text, &file.display().to_string())?;
     internal.pairs = Some(pairs);
     source.lists.push(ListFile {

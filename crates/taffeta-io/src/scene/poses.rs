@@ -11,11 +11,11 @@ const LONGEST: u64 = 4 << 30;
 pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
     let named = |what: String| format!("{}: {what}", path.display());
     let unread = |error: std::io::Error| named(format!("cannot be read: {error}"));
-    let length = std::fs::metadata(path).map_err(unread)?.len();
-    if length > LONGEST {
-        return Err(named(format!("has {length} bytes, {LONGEST} are the limit; fewer samples would do")));
+    let bytes = crate::files::read(path, LONGEST + 1).map_err(unread)?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(named(format!("has more than {LONGEST} bytes; fewer samples would do")));
     }
-    samples(&std::fs::read(path).map_err(unread)?, vertices).map_err(named)
+    samples(&bytes, vertices).map_err(named)
 }
 
 fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {

@@ -76,13 +76,18 @@ fn a_failed_write_leaves_the_earlier_checkpoint() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("none/c");
     let error = checkpoint().write(&path).unwrap_err().to_string();
-    assert!(error.contains("none/c.part"), "{error}");
+    assert!(error.contains("none/c: "), "{error}");
     let path = folder.path().join("c");
     checkpoint().write(&path).unwrap();
-    // Nothing can be written to a folder of that name.
-    std::fs::create_dir(folder.path().join("c.part")).unwrap();
-    assert!(checkpoint().write(&path).is_err());
     assert_eq!(Checkpoint::<Vec<u32>>::read(&path).unwrap(), checkpoint());
+    // A folder cannot be replaced by a file, and nothing of the attempt stays.
+    let path = folder.path().join("d");
+    std::fs::create_dir(&path).unwrap();
+    assert!(checkpoint().write(&path).is_err());
+    let mut left: Vec<_> =
+        std::fs::read_dir(folder.path()).unwrap().map(|one| one.unwrap().file_name()).collect();
+    left.sort();
+    assert_eq!(left, ["c", "d"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Scenes and meshes in, results out.
 
 mod checkpoint;
+mod files;
 mod garments;
 mod mesh;
 mod mesh_formats;

@@ -494,7 +494,7 @@ fn buffers_lie_in_the_folder_of_the_file_or_where_the_caller_says() {
 fn files_that_are_missing_or_short_are_named() {
     let of = |uri: &str, length: usize| ask(uri, length, &[]).unwrap_err();
     assert!(of("none.bin", 36).contains("buffer 0: `none.bin` cannot be read: "));
-    assert!(of("parts", 0).contains("buffer 0: `parts` is not a file"));
+    assert!(of("parts", 0).contains("buffer 0: `parts` cannot be read: is not a regular file"));
     assert!(of("parts/a%20b.bin", 41).contains("`parts/a%20b.bin` has 40 bytes, but byteLength says 41"));
     assert!(
         of("parts/a%20b.bin", usize::MAX).contains("has 40 bytes, but byteLength says 18446744073709551615")

@@ -4,7 +4,6 @@ use super::document::Buffer;
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
@@ -119,11 +118,7 @@ fn plain(folder: &Path, name: &Path) -> Option<PathBuf> {
 /// Reads the first `length` bytes of a file.
 fn read(path: &Path, length: u64) -> Result<Vec<u8>, String> {
     let cannot = |error: std::io::Error| format!("cannot be read: {error}");
-    // Asked before it is opened: opening a pipe would wait for someone to write.
-    if !path.metadata().map_err(cannot)?.is_file() {
-        return Err("is not a file".to_owned());
-    }
-    let file = File::open(path).map_err(cannot)?;
+    let file = crate::files::open(path).map_err(cannot)?;
     let found = file.metadata().map_err(cannot)?.len();
     if found < length {
         return Err(format!("has {found} bytes, but byteLength says {length}"));
