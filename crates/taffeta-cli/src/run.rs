@@ -25,7 +25,7 @@ use plan::Plan;
 use std::path::Path;
 use taffeta::Simulation;
 use taffeta_io::Loaded;
-use taffeta_io::program::{Failure, RunLock};
+use taffeta_io::program::{Failure, RunLock, one_line};
 pub use tally::{median, rate};
 
 /// Runs a scene.
@@ -137,7 +137,7 @@ fn quoted(word: &str) -> String {
 fn opening(args: &Args, loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Plan) -> String {
     let mut lines = vec![match loaded.scene.title.as_str() {
         "" => "untitled scene".to_owned(),
-        title => title.to_owned(),
+        title => one_line(title).into_owned(),
     }];
     for body in simulation.bodies() {
         let springs = body.springs.iter().map(|(_, count)| count).sum();

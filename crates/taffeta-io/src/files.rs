@@ -1,5 +1,6 @@
 //! Files that users name, opened so that nothing else is read or written than a regular file of that very name.
 
+use crate::program::one_line;
 use std::ffi::OsString;
 use std::fs::{File, OpenOptions, read_dir};
 use std::io::{self, ErrorKind, Read, Write};
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// The error with the file that it is about.
 pub(crate) fn in_file(path: &Path, error: io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+    io::Error::new(error.kind(), format!("{}: {error}", one_line(&path.display().to_string())))
 }
 
 /// Opens a regular file for reading; links are followed. Folders, pipes and devices are refused, without waiting for their other end.

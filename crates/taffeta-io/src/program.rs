@@ -2,9 +2,11 @@
 
 mod lock;
 mod machine;
+mod words;
 
 pub use lock::RunLock;
 pub use machine::processor;
+pub use words::one_line;
 
 use crate::scene::{hint, key_of};
 use crate::{LoadError, MeshFormat, Place, SceneSource};
@@ -91,13 +93,14 @@ pub fn end(result: Result<(), Failure>) -> ExitCode {
     failure.code().into()
 }
 
-/// Writes `text` and a line end to standard output. Unlike `println!`, this does not panic when the reader has gone away.
+/// Writes `text` and a line end to standard output, with escapes for what would steer a terminal. Unlike `println!`, this does not
+/// panic when the reader has gone away.
 ///
 /// # Errors
 /// Where standard output takes no more, as on a full disk.
 pub fn say(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+    match writeln!(out, "{}", words::lines(text)).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::Work(format!("standard output: {error}")))
         }
@@ -105,10 +108,10 @@ pub fn say(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes `text` and a line end to standard error. Unlike `eprintln!`, this does not panic when the reader has gone away.
+/// Writes `text` and a line end to standard error, as [`say`] does to standard output.
 pub fn complain(text: &str) {
     // Where standard error is closed there is nobody left to tell.
-    let _ = writeln!(io::stderr(), "{text}");
+    let _ = writeln!(io::stderr(), "{}", words::lines(text));
 }
 
 /// Keeps Vulkan's device selection from complaining on a machine without a desktop: it looks for one in the folder that

@@ -11,7 +11,7 @@ use taffeta::diagnostics::tension::Tension;
 use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
 use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
 use taffeta_io::Loaded;
-use taffeta_io::program::Failure;
+use taffeta_io::program::{Failure, one_line};
 
 /// The answer for a scene.
 #[derive(Serialize)]
@@ -173,7 +173,7 @@ impl Report {
 
     fn words(&self) -> String {
         let title = if self.title.is_empty() { "untitled scene" } else { &self.title };
-        let mut lines = vec![format!("{}: {title}", self.scene)];
+        let mut lines = vec![format!("{}: {}", self.scene, one_line(title))];
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
         self.colliders.iter().for_each(|collider| lines.extend(collider.words()));
         lines.extend(self.seams.iter().map(SeamReport::words));

@@ -230,6 +230,31 @@ fn a_full_disk_exits_with_1_and_says_which_file() {
     assert!(err.starts_with("error: ") && err.contains("positions.npy.part"), "{err}");
 }
 
+#[test]
+fn no_word_of_a_scene_steers_the_terminal() {
+    const ODD: &str = "\\u001b]0;owned\\u0007\\nwarning: forged \\u202e";
+    let shown = "\\u001b]0;owned\\u0007\\u000awarning: forged \\u202e";
+    let untitled: String =
+        SHEET.lines().filter(|line| !line.starts_with("title")).map(|line| format!("{line}\n")).collect();
+    let scene = |line: &str| format!("title = \"{ODD}\"\n{line}\n{untitled}");
+    let said = |args: &[&str], line: &str| {
+        let desk = Desk::with(&scene(line));
+        let (out, err, code) = ending(desk.taffeta(args));
+        let all = out + &err;
+        assert!(all.contains(shown), "{all}");
+        assert!(all.chars().all(|c| c == '\n' || !c.is_control() && c != '\u{202e}'), "{all:?}");
+        assert!(!all.contains("\nwarning: forged"), "{all}");
+        code
+    };
+    assert_eq!(said(&["check", "scene.toml"], ""), Some(0));
+    assert_eq!(said(&["run", "scene.toml", "--frames", "1", "--out", "o"], ""), Some(0));
+    assert_eq!(said(&["check", "scene.toml"], &format!("\"{ODD}\" = 1")), Some(2));
+    let desk = Desk::with(&scene(""));
+    let (json, _, _) = ending(desk.taffeta(&["check", "scene.toml", "--json"]));
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["title"], "\u{1b}]0;owned\u{7}\nwarning: forged \u{202e}");
+}
+
 #[cfg(unix)]
 #[test]
 fn nothing_is_written_through_links_in_the_folder_of_results() {

@@ -1,3 +1,4 @@
+use crate::program::one_line;
 use std::borrow::Cow;
 use std::fmt;
 
@@ -51,18 +52,17 @@ impl fmt::Display for MeshError {
 
 impl std::error::Error for MeshError {}
 
-/// With control characters written as escapes, for words of a file must not steer the terminal, and without the middle
-/// where a file's words make it too long to read.
+/// In one line, and without the middle where a file's words make it too long to read.
 fn printable(message: &str) -> Cow<'_, str> {
     /// Characters of a message at its beginning and at its end that are always shown.
     const ENDS: [usize; 2] = [500, 200];
-    if message.len() <= ENDS[0] + ENDS[1] && !message.contains(char::is_control) {
-        return Cow::Borrowed(message);
+    let message = one_line(message);
+    if message.len() <= ENDS[0] + ENDS[1] {
+        return message;
     }
-    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
-    let all: Vec<char> = message.chars().map(escape).collect::<String>().chars().collect();
+    let all: Vec<char> = message.chars().collect();
     if all.len() <= ENDS[0] + ENDS[1] {
-        return Cow::Owned(all.into_iter().collect());
+        return message;
     }
     let ends = all[..ENDS[0]].iter().chain([' ', '…', ' '].iter()).chain(&all[all.len() - ENDS[1]..]);
     Cow::Owned(ends.collect())
@@ -86,9 +86,9 @@ mod tests {
     #[test]
     fn a_message_keeps_its_ends_and_none_of_a_file_s_control_characters() {
         let said = |message: String| MeshError::new(message).to_string();
-        assert_eq!(said("`\u{1b}[2J` is no word".to_owned()), "`\\u{1b}[2J` is no word");
+        assert_eq!(said("`\u{1b}[2J` is no word".to_owned()), "`\\u001b[2J` is no word");
         let long = said(format!("begins{}ends", "\u{7f}".repeat(5000)));
-        assert!(long.starts_with("begins\\u{7f}") && long.contains(" … ") && long.ends_with("\\u{7f}ends"));
+        assert!(long.starts_with("begins\\u007f") && long.contains(" … ") && long.ends_with("\\u007fends"));
         assert!(long.chars().count() == 703, "{}", long.chars().count());
     }
 }

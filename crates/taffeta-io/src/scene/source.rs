@@ -3,6 +3,7 @@
 use super::advice::{hint, key_of};
 use super::document::{Node, Origin, Value};
 use super::fault::Fault;
+use crate::program::one_line;
 use std::fmt;
 use taffeta::BuildError;
 use taffeta::scene::SceneError;
@@ -17,7 +18,7 @@ use taffeta::scene::SceneError;
 /// assert_eq!(error.place, Place::At { file: "flag.toml".to_owned(), line: 2, column: 2 });
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{place}: {message}")]
+#[error("{}", one_line(&format!("{place}: {message}")))]
 #[non_exhaustive]
 pub struct LoadError {
     /// Where.
