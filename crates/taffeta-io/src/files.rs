@@ -27,8 +27,10 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`].
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = open(path)?;
     let mut bytes = Vec::new();
-    open(path)?.take(most).read_to_end(&mut bytes)?;
+    bytes.try_reserve_exact(file.metadata()?.len().min(most) as usize)?;
+    file.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -51,13 +53,27 @@ pub(crate) fn open_own(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Makes a file that was not there.
-pub(crate) fn create_own(path: &Path) -> io::Result<File> {
-    File::options().read(true).write(true).create_new(true).open(path)
+/// As [`open_own`]; what is not there is made. Another program may make or remove it at the same time.
+pub(crate) fn open_or_create_own(path: &Path) -> io::Result<File> {
+    loop {
+        match File::options().read(true).write(true).create_new(true).open(path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            made => return made,
+        }
+        match open_own(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            opened => return opened,
+        }
+    }
 }
 
-const LINK: &str =
-    "is a link to a file elsewhere, which nothing is written to: remove it, or choose another folder";
+/// Whether nothing is written into a folder: a link leads elsewhere.
+pub(crate) fn check_folder(path: &Path) -> io::Result<()> {
+    if path.is_symlink() { Err(in_file(path, refused(LINK))) } else { Ok(()) }
+}
+
+const LINK: &str = "is a link to a file elsewhere, which nothing is written to: remove it, put a copy in its place, or choose another \
+     folder";
 
 fn refused(what: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, what)
@@ -82,6 +98,9 @@ fn without_links(options: &mut OpenOptions) {
     const FILE_FLAG_OPEN_REPARSE_POINT: u32 = 0x0020_0000;
     std::os::windows::fs::OpenOptionsExt::custom_flags(options, FILE_FLAG_OPEN_REPARSE_POINT);
 }
+
+#[cfg(not(any(unix, windows)))]
+fn without_links(_: &mut OpenOptions) {}
 
 #[cfg(unix)]
 fn has_other_names(metadata: &std::fs::Metadata) -> bool {

@@ -1,7 +1,7 @@
 //! A file that has its name only when it is whole.
 
 use super::Begin;
-use crate::files::{create_own, in_file, open_own, sync_folder, with_suffix};
+use crate::files::{in_file, open_or_create_own, open_own, sync_folder, with_suffix};
 use std::fs::{File, TryLockError, remove_file, rename};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -30,13 +30,10 @@ impl Part {
         }
         let open = || match begin {
             Begin::New => {
-                if is_there(&part) {
-                    // What a killed run has left.
-                    lock(&open_own(&part)?)?;
-                    remove_file(&part)?;
-                }
-                let file = create_own(&part)?;
+                // A killed run may have left one.
+                let file = open_or_create_own(&part)?;
                 lock(&file)?;
+                file.set_len(0)?;
                 Ok((file, 0))
             }
             Begin::Again => {
@@ -64,9 +61,9 @@ impl Part {
                 "holds {now} bytes and {length} are needed: it is not what the earlier run left"
             )));
         }
-        // A file system may object to changing what need not change, such as a pipe.
-        let cut = if now > length { self.file.set_len(length) } else { Ok(()) };
-        cut.and_then(|()| self.file.seek(SeekFrom::Start(length)))
+        self.file
+            .set_len(length)
+            .and_then(|()| self.file.seek(SeekFrom::Start(length)))
             .map_err(|error| in_file(&self.part, error))?;
         self.written = length;
         Ok(())

@@ -75,6 +75,7 @@ impl Vtu {
             pvd.flush()?;
         }
         let folder = path.with_file_name(FOLDER);
+        files::check_folder(&folder)?;
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
         let length = pvd.len();
         let mut vtu =
@@ -152,11 +153,7 @@ impl FrameSink for Vtu {
             return Err(self.pvd.refuse(what));
         }
         if self.frames == 0 {
-            // Nothing is written to another folder than this.
-            let is_link = self.folder.is_symlink();
-            let made =
-                if is_link { Err(io::ErrorKind::NotADirectory.into()) } else { create_dir_all(&self.folder) };
-            made.map_err(|error| in_file(&self.folder, error))?;
+            create_dir_all(&self.folder).map_err(|error| in_file(&self.folder, error))?;
             self.files()?.iter().try_for_each(|(path, _)| remove(path))?;
         }
         let mut lines = String::new();

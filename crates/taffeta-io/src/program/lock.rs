@@ -1,6 +1,6 @@
 //! One run at a time in a folder.
 
-use crate::files::{create_own, in_file, open_own};
+use crate::files::{in_file, open_or_create_own};
 use std::fs::{File, TryLockError, create_dir_all, remove_dir, remove_file};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,11 +22,8 @@ impl RunLock {
         let made = !dir.exists();
         create_dir_all(dir)?;
         let path = dir.join("lock.part");
-        let file = match create_own(&path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => open_own(&path),
-            made => made,
-        };
-        let lock = Self { file: file.map_err(|error| in_file(&path, error))?, path, made };
+        let file = open_or_create_own(&path).map_err(|error| in_file(&path, error))?;
+        let lock = Self { file, path, made };
         match lock.file.try_lock() {
             Err(TryLockError::WouldBlock) => {
                 // It is another's: its file stays.

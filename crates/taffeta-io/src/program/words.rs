@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-/// Characters that turn the direction of writing, join lines or cannot be seen. The Unicode standard calls most of them format characters;
-/// "Trojan Source" (Boucher and Anderson 2021) shows what they hide.
+/// Characters that turn the direction of writing, join lines or cannot be seen, but for joiners, without which Persian, Hindi and
+/// families of emoji are not what they are. "Trojan Source" (Boucher and Anderson 2021) shows what they hide.
 fn is_hidden(c: char) -> bool {
-    matches!(c, '\u{ad}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+    matches!(c, '\u{ad}' | '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
 /// `text` with an escape, `\u001b`, for each character that does more than to be shown. In JSON and TOML it has the same meaning.
@@ -48,7 +48,9 @@ mod tests {
             assert_eq!((lines(odd), one_line(odd)), (shown.into(), shown.into()));
         }
         assert_eq!((lines("a\n\tb"), one_line("a\n\tb")), ("a\n\tb".into(), "a\\u000a\\u0009b".into()));
-        for plain in ["Stoff über Körper, 織物, قماش 🧵", "`x` = [1, 2]"] {
+        for plain in
+            ["Stoff über Körper, 織物, قماش 🧵", "👨\u{200d}👩\u{200d}👧 می\u{200c}خواهم", "`x` = [1, 2]"]
+        {
             assert!(matches!(lines(plain), Cow::Borrowed(_)));
         }
     }

@@ -35,30 +35,43 @@ impl Assembly {
         self.note_close_nodes(scene)
     }
 
-    /// The error of a thickness that has too much within it: the largest, and what there is most of beside its body. `thickness` is
-    /// that of a body which has contact [m].
-    fn too_crowded(&self, scene: &Scene, thickness: impl Fn(&BodyAssembly) -> Option<f64>) -> SceneError {
-        let thick = |(index, body)| Some((index, thickness(body)?));
-        let of_bodies = (0..).zip(&self.bodies).filter_map(thick);
-        let (index, widest) = of_bodies.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-        let others =
-            (0..).zip(&self.bodies).filter(|&(other, body)| other != index && thickness(body).is_some());
-        let others =
-            others.map(|(_, body)| (body.nodes, format!("body `{}` has {} nodes", body.name, body.nodes)));
-        let colliders = self.colliders().iter().enumerate().filter_map(|(index, one)| {
-            let faces = one.faces()?.len();
-            Some((faces, format!("collider `{}` has {faces} triangles", scene.collider_name(index))))
-        });
-        let most = others.chain(colliders).max_by_key(|other| other.0);
-        SceneError::new(
-            format!("body[{index}].self_collision.thickness"),
-            format!(
-                "is {} m, and there are too many pairs of triangles or nodes within that distance at the start{}; 0.002 to 0.005 m \
-                 is usual for cloth (mm are divided by 1000), or coarser meshes would do",
-                plain(widest),
-                most.map_or(String::new(), |(_, words)| format!(": {words}"))
-            ),
-        )
+    /// The error of a distance that has too much within it: the largest that is kept, and what there is most of beside its owner.
+    /// `thickness` is that of a body which has contact, with the zone that it is of [m].
+    fn too_crowded<'a>(
+        &'a self,
+        scene: &Scene,
+        thickness: impl Fn(&'a BodyAssembly) -> Option<(f64, Option<&'a str>)>,
+        offsets: bool,
+    ) -> SceneError {
+        let mut kept = Vec::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            if let Some((thickness, zone)) = thickness(body) {
+                let zone = zone.map_or(String::new(), |name| format!("zone.{name}."));
+                let key = format!("body[{index}].self_collision.{zone}thickness");
+                kept.push((
+                    thickness,
+                    key,
+                    body.nodes,
+                    format!("body `{}` has {} nodes", body.name, body.nodes),
+                ));
+            }
+        }
+        for (index, collider) in self.colliders().iter().enumerate().filter(|_| offsets) {
+            if let Some(faces) = collider.faces().map(<[_]>::len) {
+                let words = format!("collider `{}` has {faces} triangles", scene.collider_name(index));
+                kept.push((collider.offset(), format!("collider[{index}].offset"), faces, words));
+            }
+        }
+        kept.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let (distance, key) = kept.first().map_or((0.0, ""), |(distance, key, ..)| (*distance, key));
+        let most = kept.iter().skip(1).max_by_key(|other| other.2);
+        let message = format!(
+            "is {} m, and there are too many pairs of triangles or nodes within that distance at the start{}; 0.002 to 0.005 m \
+             is usual for cloth (mm are divided by 1000), or coarser meshes would do",
+            plain(distance),
+            most.map_or(String::new(), |(.., words)| format!(": {words}"))
+        );
+        SceneError::new(key, message)
     }
 }
 

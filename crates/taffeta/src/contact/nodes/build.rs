@@ -201,7 +201,7 @@ impl Assembly {
     /// Warns of nodes that start closer than the thickness, and refuses one that has too many nodes within it.
     pub(crate) fn note_close_nodes(&mut self, scene: &Scene) -> Result<(), SceneError> {
         let found = StartContacts::find(self).map_err(|TooMany| {
-            self.too_crowded(scene, |body| Some(body.self_contact()?.surface.thickness))
+            self.too_crowded(scene, |body| Some((body.self_contact()?.surface.thickness, None)), false)
         })?;
         let Some(found) = found else { return Ok(()) };
         let [(a, i), (b, j)] = found.worst.map(|(body, local)| (&self.bodies[body], local));
@@ -225,9 +225,8 @@ struct StartContacts {
     thickness: f64,
 }
 
-/// Most pairs of nodes that are looked at, for each node and besides: about a second's work, which every sub-step of the run would have
-/// as well.
-const LOOKS: [u64; 2] = [2 * MAX_EXCLUSIONS as u64, 1 << 27];
+/// Most pairs of nodes that are looked at, for each node and besides: at ten thousand nodes about a second's work.
+const LOOKS: [u64; 2] = [8 * MAX_EXCLUSIONS as u64, 1 << 28];
 
 /// There are more.
 struct TooMany;

@@ -119,7 +119,8 @@ fn distances(a: &Bounds, b: &Bounds) -> [f64; 2] {
 }
 
 impl Surfaces {
-    /// Whether lists of pairs would be too long at the start.
+    /// Whether lists of pairs would be too long at the start. Bodies that do not touch each other, as the scene says, count as if they
+    /// did, and a body and a collider as if they kept half of the one's thickness and of the other's offset.
     fn is_crowded(&self) -> bool {
         let bounds = |leaf: &Leaf| around(leaf.own().iter().map(|&place| self.start[place as usize]));
         let most = |[each, more]: [u64; 2], count: usize| more + each * count as u64;
@@ -134,12 +135,15 @@ impl Surfaces {
         };
         let listed = most(LEAF_PAIRS, self.leaves.len());
         let half = 0.5 * KEEPS * self.thickest;
-        if leaves(&|_| half, &|number, _| number as u32, false).pairs(listed) > listed {
+        // Leaves of colliders are one group, as they do not touch each other.
+        let of_body = |leaf: &Leaf| self.surface_of[leaf.nodes[0] as usize] < self.soft as u32;
+        let number =
+            |number: usize, leaf: &Leaf| if of_body(leaf) { number as u32 } else { self.leaves.len() as u32 };
+        if leaves(&|_| half, &number, false).pairs(listed) > listed {
             return true;
         }
         let near = most(TRIANGLE_PAIRS, self.triangles.len());
         let reach = |material: u32| 0.5 * KEEPS * self.materials[material as usize][0];
-        // Surfaces of colliders are one group, as they do not touch each other.
         let group = |leaf: &Leaf| self.surface_of[leaf.nodes[0] as usize].min(self.soft as u32);
         // Leaves as wholes are an upper bound, which mostly does.
         if leaves(&|leaf| reach(leaf.material), &|_, leaf| group(leaf), true).pairs(near) <= near {
@@ -163,7 +167,7 @@ impl Assembly {
     pub(crate) fn check_surface_crowd(&self, scene: &Scene) -> Result<(), SceneError> {
         let Some(surfaces) = self.surfaces() else { return Ok(()) };
         if surfaces.is_crowded() {
-            return Err(self.too_crowded(scene, |body| Some(body.surface_contact()?.thickest())));
+            return Err(self.too_crowded(scene, |body| Some(body.surface_contact()?.thickest()), true));
         }
         Ok(())
     }

@@ -38,6 +38,8 @@ pub struct SurfaceContact {
     neighbours: Exclusions,
     /// Parts that keep another distance.
     zones: Vec<ThickZone>,
+    /// The largest of all distances [m], and the zone that keeps it.
+    thickest: (f64, Option<String>),
 }
 
 /// Triangles that keep another distance than the rest of their surface.
@@ -134,9 +136,9 @@ impl Kind {
 }
 
 impl SurfaceContact {
-    /// The largest distance kept, of zones too [m].
-    pub(super) fn thickest(&self) -> f64 {
-        self.zones.iter().map(|zone| zone.thickness).fold(self.thickness, f64::max)
+    /// The largest distance kept [m], and the zone that keeps it.
+    pub(super) fn thickest(&self) -> (f64, Option<&str>) {
+        (self.thickest.0, self.thickest.1.as_deref())
     }
 }
 
@@ -172,7 +174,8 @@ impl BodyAssembly {
             ));
         }
         let SelfCollision { thickness, friction, .. } = *wish;
-        self.extensions.insert(SurfaceContact { thickness, friction, neighbours, zones });
+        let thickest = (thickest, zone.cloned());
+        self.extensions.insert(SurfaceContact { thickness, friction, neighbours, zones, thickest });
         Ok(())
     }
 
