@@ -22,7 +22,7 @@ pub use input::InputError;
 pub use intersections::Intersections;
 pub use live::Pose;
 pub use options::{Options, Precision};
-pub use snapshot::Snapshot;
+pub use snapshot::{Changes, Snapshot};
 
 #[cfg(feature = "gpu")]
 use crate::advice::Refusal;
@@ -47,6 +47,7 @@ use crate::topology::random::SplitMix64;
 use crate::volume::volume::Form;
 use glam::DVec3;
 use handles::SimulationId;
+use std::collections::BTreeSet;
 use std::hash::Hasher;
 use std::sync::OnceLock;
 
@@ -73,8 +74,9 @@ use std::sync::OnceLock;
 /// ```
 pub struct Simulation {
     id: SimulationId,
-    /// Hash of the scene, for snapshots.
-    scene: u64,
+    /// The scene, and its hash once a snapshot is taken or restored.
+    scene: Scene,
+    scene_hash: OnceLock<u64>,
     backend: Box<dyn Backend>,
     precision: Precision,
     bodies: Vec<BodyInfo>,
@@ -89,7 +91,7 @@ pub struct Simulation {
     /// Nodes that were moved by the user in the last frame and stand still from now on.
     moved: Vec<u32>,
     /// Nodes that were free and are pinned by the user.
-    pinned: Vec<u32>,
+    pinned: BTreeSet<u32>,
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
     /// Triangles of bodies and colliders, once somebody asks where they intersect.
@@ -130,7 +132,8 @@ impl Simulation {
         let backend = backend(scene, assembly, threads, options)?;
         let mut simulation = Self {
             id,
-            scene: identity_hash(scene),
+            scene: scene.clone(),
+            scene_hash: OnceLock::new(),
             backend,
             precision: options.precision,
             bodies,
@@ -142,7 +145,7 @@ impl Simulation {
             warnings,
             input: FrameInput::default(),
             moved: Vec::new(),
-            pinned: Vec::new(),
+            pinned: BTreeSet::new(),
             surfaces: OnceLock::new(),
             triangles: OnceLock::new(),
             halted: None,
@@ -372,7 +375,7 @@ impl Simulation {
         for node in nodes {
             if self.backend.is_free(node) {
                 self.backend.pin(node);
-                self.pinned.push(node as u32);
+                self.pinned.insert(node as u32);
             }
             let from = self.backend.position(node);
             let moves = &mut self.input.moves;
@@ -424,11 +427,16 @@ impl Simulation {
         self.backend.measure()?;
         let sums = self.backend.sums()?;
         self.held.clone_from(&sums.held);
-        self.report = self.report_of(sums, self.frame());
+        // What touched colliders did so in a frame before.
+        self.report = FrameReport { contacts: 0, ..self.report_of(sums, self.frame()) };
         self.submitted = (0, false);
         self.start = self.report.clone();
         self.backend.mark_good();
         Ok(())
+    }
+
+    fn scene_hash(&self) -> u64 {
+        *self.scene_hash.get_or_init(|| identity_hash(&self.scene))
     }
 
     /// Solver indices of all nodes in user order.

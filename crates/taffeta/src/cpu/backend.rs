@@ -20,6 +20,7 @@ use crate::real::Real;
 use crate::report::FrameSums;
 use crate::step::{self, Marks, Parts};
 use crate::topology::LANES;
+use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::atomic::AtomicBool;
@@ -73,6 +74,8 @@ pub struct CpuBackend<T> {
     /// The parts of the scene.
     #[cfg(feature = "gpu")]
     pub(crate) parts: Parts,
+    /// Inverse masses [1/kg] of nodes that were free before they were pinned.
+    when_free: HashMap<usize, T>,
     program: Program,
     team: Team,
     pub(crate) chunks: Vec<Range<usize>>,
@@ -129,6 +132,7 @@ impl<T: Real> CpuBackend<T> {
             chunks,
             states,
             turn: Turn::default(),
+            when_free: HashMap::new(),
             input: FrameInput::default(),
             sums: FrameSums::default(),
             refinement: Refinement::default(),
@@ -367,13 +371,16 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn pin(&mut self, node: usize) {
-        self.nodes.inverse_mass[node] = T::ZERO;
+        let free = std::mem::replace(&mut self.nodes.inverse_mass[node], T::ZERO);
+        self.when_free.entry(node).or_insert(free);
         let at = self.position(node);
         self.set(node, at, [0.0; 3]);
     }
 
     fn unpin(&mut self, node: usize) {
-        self.nodes.inverse_mass[node] = T::ONE / self.nodes.mass[node];
+        if let Some(&free) = self.when_free.get(&node) {
+            self.nodes.inverse_mass[node] = free;
+        }
         self.features.iter_mut().for_each(|feature| feature.forget(node));
     }
 

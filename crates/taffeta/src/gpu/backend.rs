@@ -48,6 +48,8 @@ pub struct GpuBackend {
     /// Places that were changed in the mirror.
     changed: Range<usize>,
     free: Vec<bool>,
+    /// Inverse masses [1/kg] of nodes that were free before they were pinned.
+    when_free: HashMap<usize, f32>,
     /// Times of the stages in the frame that is timed.
     times: Option<Vec<(&'static str, f64)>>,
     /// Of the bodies whose normals were asked for.
@@ -109,6 +111,7 @@ impl GpuBackend {
             mirror: OnceLock::new(),
             changed: 0..0,
             free,
+            when_free: HashMap::new(),
             times: None,
             normals,
             drawn: HashMap::new(),
@@ -428,11 +431,20 @@ impl Backend for GpuBackend {
     fn return_to_good(&mut self) -> Result<(), Lost> {
         if !std::mem::replace(&mut self.is_good, true) {
             let mut list = DispatchList::new();
-            for (partition, good) in self.partitions.iter().zip(&self.good) {
+            for ((partition, good), before) in self.partitions.iter().zip(&self.good).zip(&self.before) {
                 good.copy(partition.state(), &mut list);
+                if let Some(before) = before {
+                    list.copy_buffer(&good.position, before);
+                }
             }
             self.gpu.submit(&list)?;
             (self.mirror, self.changed, self.sent) = (OnceLock::new(), 0..0, false);
+            self.fetch()?;
+            // What was pinned or freed since stays so; the inverse mass is part of the state.
+            let is_other = |&node: &usize| self.free[node] != (self.mirror().position[node][3] > 0.0);
+            for node in (0..self.free.len()).filter(is_other).collect::<Vec<_>>() {
+                if self.free[node] { self.unpin(node) } else { self.pin(node) }
+            }
         }
         Ok(())
     }
@@ -490,16 +502,19 @@ impl Backend for GpuBackend {
 
     fn pin(&mut self, node: usize) {
         self.free[node] = false;
+        let mut free = 0.0;
         if let Some((x, v)) = self.change(node) {
-            x[3] = 0.0;
+            free = std::mem::replace(&mut x[3], 0.0);
             *v = [0.0, 0.0, 0.0, v[3]];
         }
+        self.when_free.entry(node).or_insert(free);
     }
 
     fn unpin(&mut self, node: usize) {
+        let Some(&free) = self.when_free.get(&node) else { return };
         self.free[node] = true;
-        if let Some((x, v)) = self.change(node) {
-            x[3] = 1.0 / v[3];
+        if let Some((x, _)) = self.change(node) {
+            x[3] = free;
         }
     }
 

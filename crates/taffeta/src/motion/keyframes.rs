@@ -6,8 +6,8 @@ use crate::scene::{Keyframe, Rotation, ScaleKey};
 #[derive(Clone, Debug, Default)]
 pub struct Track {
     keys: Vec<Keyframe>,
-    /// Whether the program moves it, from frame to frame.
-    of_user: bool,
+    /// The scene's keyframes, once the program moves it from frame to frame.
+    of_scene: Option<Vec<Keyframe>>,
 }
 
 /// Where a motion has brought things: x = rotation · deform · (x₀ − pivot) + pivot + translate.
@@ -72,20 +72,47 @@ impl Track {
             let rotate = first.rotate.map(|r| Rotation { degrees: 0.0, ..r });
             all.insert(0, Keyframe { rotate, pivot: first.pivot, ..Keyframe::default() });
         }
-        Self { keys: all, of_user: false }
+        Self { keys: all, of_scene: None }
     }
 
     /// Whether keyframes say what comes after time `t` [s].
     pub fn goes_on_after(&self, t: f64) -> bool {
-        !self.of_user && self.keys.last().is_some_and(|last| last.t > t)
+        self.of_scene.is_none() && self.keys.last().is_some_and(|last| last.t > t)
     }
 
     /// Goes from where it is at time `t` [s] to `to`, and stays there. Of several such wishes for one time the last counts.
     pub fn go_to(&mut self, t: f64, to: Keyframe) {
-        let wished = self.of_user && self.keys.len() > 1 && self.keys.last().is_some_and(|last| last.t > t);
-        let from = if wished { self.keys.first() } else { self.keys.last() };
+        let from = if self.is_wished(t) { self.keys.first() } else { self.keys.last() };
         let from = from.cloned().unwrap_or(Keyframe { rotate: to.rotate.map(still), ..Keyframe::default() });
-        *self = Self { keys: vec![Keyframe { t, ..from }, to], of_user: true };
+        self.follow_program(vec![Keyframe { t, ..from }, to]);
+    }
+
+    /// Whether the program wants it to go on after time `t` [s].
+    fn is_wished(&self, t: f64) -> bool {
+        self.of_scene.is_some() && self.keys.len() > 1 && self.keys.last().is_some_and(|last| last.t > t)
+    }
+
+    fn follow_program(&mut self, keys: Vec<Keyframe>) {
+        let before = std::mem::replace(&mut self.keys, keys);
+        self.of_scene.get_or_insert(before);
+    }
+
+    /// Where the program has brought it at time `t` [s]; `None` where it follows the scene.
+    pub fn brought(&self, t: f64) -> Option<&Keyframe> {
+        self.of_scene.as_ref()?;
+        if self.is_wished(t) { self.keys.first() } else { self.keys.last() }
+    }
+
+    /// Puts it where the program had brought it, or has it follow the scene again.
+    pub fn bring_back(&mut self, to: Option<&Keyframe>) {
+        match to {
+            Some(key) => self.follow_program(vec![key.clone()]),
+            None => {
+                if let Some(keys) = self.of_scene.take() {
+                    self.keys = keys;
+                }
+            }
+        }
     }
 
     /// Whether nothing moves.

@@ -44,7 +44,19 @@ pub fn identity(scene: &Scene) -> String {
         }
     }
     // Numbers, words, lists and tables with words as keys: nothing that JSON refuses.
-    serde_json::to_string(&plain).expect("a scene without data of files is text")
+    let mut value = serde_json::to_value(&plain).expect("a scene without data of files is text");
+    unsign_zeros(&mut value);
+    value.to_string()
+}
+
+/// A zero has no sign in what a scene means.
+fn unsign_zeros(value: &mut Value) {
+    match value {
+        Value::Number(number) if number.as_f64() == Some(0.0) && number.is_f64() => *value = 0.0.into(),
+        Value::Array(items) => items.iter_mut().for_each(unsign_zeros),
+        Value::Object(items) => items.values_mut().for_each(unsign_zeros),
+        _ => {}
+    }
 }
 
 /// 64-bit hash of [`identity`].
@@ -79,7 +91,6 @@ pub fn difference(earlier: &str, now: &str) -> Option<String> {
         return Some("it cannot be read".to_owned());
     }
     let mut path = Vec::new();
-    // Texts may differ where values do not: 0.0 and -0.0.
     let (was, is) = first_difference(&earlier, &now, &mut path)?;
     Some(format!("`{}` was {} and is {}", path.concat(), shown(was), shown(is)))
 }

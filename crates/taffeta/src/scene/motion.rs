@@ -33,7 +33,7 @@ pub struct Rotation {
 ///     .keyframe(Keyframe::rotate(2.0, [0.0, 1.0, 0.0], 180.0, [0.0; 3]));
 /// assert_eq!(table.motion.len(), 2);
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {
     /// Time [s].

@@ -215,7 +215,7 @@ impl World {
 }
 
 /// Keyframes of a pin or collider at `path`.
-fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
+pub(crate) fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
     check_times(path, motion.iter().map(|key| key.t))?;
     for (i, key) in motion.iter().enumerate() {
         let path = path.nth("motion", i);

@@ -81,7 +81,7 @@ const SLIVER: f64 = 1e-3;
 /// let scene = Scene { world: moon, ..Scene::new("on the moon") };
 /// assert_eq!(scene.world.drag, 0.0);
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct World {
     /// Acceleration [m/s²].

@@ -128,7 +128,7 @@ pub enum StepError {
         /// What the device said.
         why: String,
     },
-    /// What is to be drawn is not there.
+    /// What was asked for cannot be: to draw what is not there, or more frames than are counted.
     #[error(transparent)]
     Input(#[from] InputError),
 }

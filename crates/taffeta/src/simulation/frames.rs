@@ -61,6 +61,8 @@ impl Simulation {
     /// As [`Self::step`]; and [`StepError::Stopped`] where it was stopped. Positions and velocities stay those of the frame before, and
     /// no further frame runs before [`Self::restore`], as solvers remember a part of the frame.
     pub fn step_unless(&mut self, stop: &Arc<AtomicBool>) -> Result<&FrameReport, StepError> {
+        // Frames under way are whole, whatever becomes of this one.
+        self.poll()?;
         self.backend.stop_on(Some(Arc::clone(stop)));
         let submitted = self.submit(1);
         self.backend.stop_on(None);

@@ -112,7 +112,7 @@ pub enum InputError {
         /// Frames asked for.
         frames: u32,
     },
-    /// The snapshot is of another scene.
+    /// The snapshot is of another scene, or has numbers that none of this one could have.
     #[error("{0}")]
     Snapshot(String),
 }

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use crate::backend::Lost;
+use crate::backend::SolverState;
 #[cfg(feature = "gpu")]
 use crate::backend::{VertexTarget, View};
 use crate::motion::keyframes::Track;
@@ -34,14 +35,15 @@ impl Pose {
         Self { rotate: rotate.into(), translate: translate.into().to_array() }
     }
 
-    /// Refuses what no keyframe could have. Where nothing turns, an axis needs no direction.
+    /// Refuses what no keyframe could have. No turn at all needs no axis.
     fn checked(self) -> Result<Self, InputError> {
         let Self { rotate, translate } = self;
         let path = Path::of("pose");
         path.key("translate").within(&translate)?;
-        if rotate.degrees != 0.0 {
-            check_rotation(&path.key("rotate"), &rotate)?;
+        if rotate == Rotation::default() {
+            return Ok(self);
         }
+        check_rotation(&path.key("rotate"), &rotate)?;
         Ok(self)
     }
 }
@@ -100,7 +102,7 @@ impl Simulation {
     }
 
     /// Frees a vertex that [`Self::pin_vertex`] has pinned, with the velocity that it was moved with in the last frame. What a
-    /// pin of the scene holds stays pinned. Which vertices a program has pinned is no part of a snapshot.
+    /// pin of the scene holds stays pinned.
     ///
     /// # Errors
     /// Where the body has no such vertex, or is one of another simulation.
@@ -109,7 +111,7 @@ impl Simulation {
         let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
         let pinned = |node: &u32| self.pinned.contains(node);
         for node in nodes.into_iter().filter(pinned).collect::<Vec<_>>() {
-            self.pinned.retain(|&other| other != node);
+            self.pinned.remove(&node);
             self.moved.retain(|&other| other != node);
             self.input.moves.retain(|&(other, ..)| other != node);
             self.backend.unpin(node as usize);
@@ -202,7 +204,7 @@ impl Simulation {
 
     /// Goes on where a simulation of another scene is: takes its time, and place and velocity of the nodes of each body that
     /// has the same name and as many nodes here as there. What constraints remember comes along where there are as many.
-    /// Nodes held here stand still.
+    /// Nodes held here stand still. Of one that blew up or was stopped it is the last good state, and what constraints remember stays there.
     pub fn adopt_state(&mut self, from: &Self) {
         for to in 0..self.bodies.len() {
             let name = &self.bodies[to].name;
@@ -220,14 +222,14 @@ impl Simulation {
             }
         }
         let (mine, theirs) = (self.backend.solver_state(), from.backend.solver_state());
-        let lengths =
-            |all: &crate::backend::SolverState| (all.warm_start.len(), all.active.len(), all.joints.len());
-        // After a blow-up they may be no numbers.
-        let is_finite = theirs.warm_start.iter().all(|number| number.is_finite())
-            && theirs.contacts.iter().flat_map(|one| one.force).all(f64::is_finite);
-        if is_finite && lengths(&mine) == lengths(&theirs) {
-            self.backend.set_solver_state(&theirs);
+        let lengths = |all: &SolverState| (all.warm_start.len(), all.active.len(), all.joints.len());
+        if lengths(&mine) == lengths(&theirs) {
+            // After a blow-up, or in the middle of a frame, they remember what nobody should.
+            let taken =
+                if from.halted.is_some() { SolverState { joints: theirs.joints, ..mine } } else { theirs };
+            self.backend.set_solver_state(&taken);
         }
+        self.halted = None;
         self.report.frame = from.frame();
         // A device that is lost says so in the next step.
         let _ = self.measure();

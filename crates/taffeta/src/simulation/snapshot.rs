@@ -1,10 +1,13 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
 use crate::backend::{ContactForce, FrameInput, SolverState};
+use crate::motion::keyframes::Track;
 use crate::plan::refinement::{CALM_FRAMES, Refinement};
 use crate::report::FrameReport;
+use crate::scene::{Keyframe, Path, Rotation, World, check_motion};
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// A simulation between two frames. A simulation of the same scene that is [restored](Simulation::restore) from it
 /// goes on bit by bit as this one would have.
@@ -26,7 +29,8 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// What [`Simulation::pin_vertex`] and [`Simulation::apply_force`] asked for the frame to come is not part of it.
+/// It has what a program has changed so far: pinned vertices, poses of colliders and pins, the world. What is asked for the frame to come
+/// is not part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Snapshot {
@@ -44,6 +48,12 @@ pub struct Snapshot {
     pub held: Vec<u32>,
     /// Nodes that were moved by the user in the last frame, in user order.
     pub moved: Vec<u32>,
+    /// What a program has changed in the scene.
+    #[serde(with = "as_json")]
+    pub changes: Changes,
+    /// Whether it was taken after a frame that blew up or was stopped: positions are those of the frame before, and what constraints
+    /// remember is not. No simulation goes on from it.
+    pub halted: bool,
     /// Number of constraint forces in `constraints`; 0 if the solver starts from none.
     pub pulls: u64,
     /// Number of adaptive constraints; 0 if there are none.
@@ -64,6 +74,59 @@ pub struct Snapshot {
     /// Kept apart when serialized.
     #[serde(skip)]
     pub constraints: Vec<u8>,
+}
+
+/// What a program has changed in a scene while it runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Changes {
+    /// The world as it is.
+    pub world: World,
+    /// Colliders that a program has brought somewhere, by their number in the scene.
+    pub colliders: Vec<(u32, Keyframe)>,
+    /// The same of pins, by their number among those that can move.
+    pub pins: Vec<(u32, Keyframe)>,
+    /// Nodes that were free and that a program has pinned, in user order.
+    pub pinned: Vec<u32>,
+}
+
+/// In formats that do not name their fields, one that may be left out has no place; as text it has.
+mod as_json {
+    use super::Changes;
+    use serde::de::Error as _;
+    use serde::ser::Error as _;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(changes: &Changes, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&serde_json::to_string(changes).map_err(S::Error::custom)?)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Changes, D::Error> {
+        serde_json::from_str(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}
+
+impl Changes {
+    /// Whether a program could have made them in a scene of so many nodes and so many colliders and tracks of pins.
+    fn check(&self, nodes: usize, [colliders, pins]: [usize; 2]) -> Result<(), String> {
+        self.world.check().map_err(|error| error.to_string())?;
+        for (what, all, count) in [("collider", &self.colliders, colliders), ("pin", &self.pins, pins)] {
+            if let Some((number, _)) = all.iter().find(|(number, _)| *number as usize >= count) {
+                return Err(format!("it moves {what} {number}, the scene has {count}"));
+            }
+            let path = Path::of(what);
+            for (_, key) in all {
+                // No turn at all needs no axis, as in a pose.
+                let rotate = key.rotate.filter(|turn| *turn != Rotation::default());
+                let turned = Keyframe { rotate, ..key.clone() };
+                check_motion(&path, &[turned]).map_err(|error| error.to_string())?;
+            }
+        }
+        match self.pinned.iter().find(|user| **user as usize >= nodes) {
+            Some(user) => Err(format!("it pins node {user}, the scene has {nodes}")),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Snapshot {
@@ -222,13 +285,15 @@ impl Simulation {
         let mut state = Vec::with_capacity(order.len() * 6 * self.precision.bytes());
         self.state(&order, |bytes| state.extend_from_slice(bytes));
         let mut snapshot = Snapshot {
-            scene: self.scene,
+            scene: self.scene_hash(),
             precision: self.precision,
             nodes: order.len() as u64,
             start: self.start.clone(),
             report: FrameReport { frame: self.frame(), ..self.report.clone() },
             held: chosen(&|node| !self.backend.is_free(node)),
             moved: chosen(&|node| self.moved.binary_search(&(node as u32)).is_ok()),
+            changes: self.changes(chosen(&|node| self.pinned.contains(&(node as u32)))),
+            halted: self.halted.is_some(),
             pulls: 0,
             adaptive: 0,
             joints: 0,
@@ -242,8 +307,40 @@ impl Simulation {
         snapshot
     }
 
-    /// Takes up where a simulation of the same scene was. A snapshot in another precision is converted. Pins and forces that were asked
-    /// for, and frames that were submitted and not polled, are given up.
+    fn changes(&self, pinned: Vec<u32>) -> Changes {
+        let assembly = self.backend.assembly();
+        let now = f64::from(self.frame()) * assembly.time.dt;
+        let brought = |(number, track): (u32, &Track)| Some((number, track.brought(now)?.clone()));
+        Changes {
+            world: assembly.world.clone(),
+            colliders: (0..)
+                .zip(assembly.colliders().iter().map(|one| one.track()))
+                .filter_map(brought)
+                .collect(),
+            pins: (0..).zip(assembly.tracks_of_pins()).filter_map(brought).collect(),
+            pinned,
+        }
+    }
+
+    fn take_changes(&mut self, changes: &Changes) {
+        let of = |all: &[(u32, Keyframe)], number: usize| {
+            all.iter().find(|(one, _)| *one as usize == number).map(|(_, key)| key.clone())
+        };
+        self.backend.alter(&mut |assembly| {
+            assembly.world = changes.world.clone();
+            for (number, collider) in assembly.colliders_mut().iter_mut().enumerate() {
+                collider.track_mut().bring_back(of(&changes.colliders, number).as_ref());
+            }
+            if !assembly.tracks_of_pins().is_empty() {
+                for (number, track) in assembly.moving_mut().tracks.iter_mut().enumerate() {
+                    track.bring_back(of(&changes.pins, number).as_ref());
+                }
+            }
+        });
+    }
+
+    /// Takes up where a simulation of the same scene was, with what a program had changed by then. A snapshot in another precision is
+    /// converted. What was asked for the frame to come, and frames that were submitted and not polled, are given up.
     ///
     /// # Errors
     /// Where the snapshot is of another scene, or has numbers that no simulation of this one could have; nothing is changed then.
@@ -256,6 +353,14 @@ impl Simulation {
         }
         self.input = FrameInput::default();
         self.halted = None;
+        self.take_changes(&snapshot.changes);
+        let pinned = |user: &u32| order[*user as usize] as u32;
+        let pinned: BTreeSet<u32> = snapshot.changes.pinned.iter().map(pinned).collect();
+        for node in std::mem::replace(&mut self.pinned, pinned) {
+            if !self.pinned.contains(&node) {
+                self.backend.unpin(node as usize);
+            }
+        }
         for &user in &snapshot.held {
             let node = order[user as usize];
             if self.backend.is_free(node) {
@@ -277,15 +382,24 @@ impl Simulation {
     }
 
     fn fits(&self, snapshot: &Snapshot, order: &[usize]) -> Result<(), String> {
-        if snapshot.scene != self.scene {
+        if snapshot.scene != self.scene_hash() {
             return Err(
                 "it is of another scene; the same scene would do, and adopt_state() takes places and velocities \
                  over into a simulation of another"
                     .to_owned(),
             );
         }
+        if snapshot.halted {
+            let frame = snapshot.report.frame;
+            return Err(format!(
+                "the frame after its frame {frame} blew up or was stopped; one from before would do"
+            ));
+        }
         let nodes = order.len();
         check_reports(snapshot)?;
+        let assembly = self.backend.assembly();
+        let counts = [assembly.colliders().len(), assembly.tracks_of_pins().len()];
+        snapshot.changes.check(nodes, counts)?;
         if snapshot.nodes != nodes as u64 {
             return Err(format!("it holds {} nodes, the scene has {nodes}", snapshot.nodes));
         }
@@ -299,13 +413,15 @@ impl Simulation {
         }
         let mut held = snapshot.held.clone();
         held.sort_unstable();
-        let stuck = |&(user, &node): &(u32, &usize)| {
-            !self.backend.is_free(node) && held.binary_search(&user).is_err()
-        };
-        if let Some((user, _)) = (0..).zip(order).find(stuck) {
-            return Err(format!(
-                "node {user} is free in it and pinned here; a simulation just built would do"
-            ));
+        // What a program has pinned here is freed; what the scene holds cannot be, and nothing else can be held.
+        let is_held = |node: usize| !self.backend.is_free(node) && !self.pinned.contains(&(node as u32));
+        let pinned: BTreeSet<u32> = snapshot.changes.pinned.iter().copied().collect();
+        for (user, &node) in (0..).zip(order) {
+            let in_it = held.binary_search(&user).is_ok();
+            if is_held(node) != (in_it && !pinned.contains(&user)) {
+                let [there, here] = if in_it { ["held", "free"] } else { ["free", "held"] };
+                return Err(format!("node {user} is {there} in it and {here} in the scene"));
+            }
         }
         match snapshot.precision.beyond(self.precision, &snapshot.state, 6 * nodes) {
             Some(index) => {

@@ -1,7 +1,9 @@
 //! After a blow-up there is nothing to see of it: the last good state stays, and no frame runs before a snapshot is restored.
 
 use crate::common::{build, build_as, positions};
-use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use taffeta::scene::{Body, Mass, Mesh, Method, Scene, Select};
 use taffeta::{InputError, Precision, Simulation, StepError};
 
 /// A sheet a little too stiff for its step, and another that would hold.
@@ -53,8 +55,52 @@ fn a_simulation_that_blew_up_says_so_again_and_computes_nothing() {
         assert_eq!(simulation.poll().unwrap_err().to_string(), error.to_string());
         assert_eq!((simulation.frame(), simulation.state_hash()), (frame, hash));
     }
+    let after = simulation.snapshot();
+    assert!(simulation.restore(&after).unwrap_err().to_string().contains("one from before would do"));
     simulation.restore(&good).unwrap();
-    assert_eq!(simulation.step().unwrap().frame, 1);
+    let mut fresh = build(&bursting());
+    for frame in 1..4 {
+        assert_eq!(simulation.step().unwrap().frame, frame);
+        fresh.step().unwrap();
+        assert_eq!(simulation.state_hash(), fresh.state_hash());
+    }
+}
+
+#[test]
+fn what_solvers_remember_of_a_frame_that_blew_up_goes_nowhere() {
+    // Constraints in all springs but those of the stiff sheet's diagonals, which burst.
+    let mut scene = bursting().method(Method::Acad);
+    scene.bodies[1] = scene.bodies[1].clone().shear(300.0, 0.0);
+    scene.solver.acad.threshold = 1e3;
+    let mut simulation = build(&scene);
+    let good = simulation.snapshot();
+    let (_, before, error) = burst(&mut simulation, 1);
+    assert!(matches!(error, StepError::Diverged(_)), "{error}");
+    let mut fresh = build(&scene);
+    simulation.restore(&good).unwrap();
+    assert_eq!(simulation.snapshot(), fresh.snapshot());
+    simulation.step().unwrap();
+    fresh.step().unwrap();
+    assert_eq!(simulation.state_hash(), fresh.state_hash());
+    let (mut failed, mut next) = (build(&scene), build(&scene));
+    burst(&mut failed, 1);
+    next.adopt_state(&failed);
+    assert_eq!(positions(&next), before);
+    let pulls = |simulation: &Simulation| simulation.snapshot().constraints;
+    assert_eq!(pulls(&next), pulls(&build(&scene)));
+    // A simulation that has failed goes on with the state of another.
+    failed.adopt_state(&fresh);
+    assert_eq!(failed.step().unwrap().frame, 2);
+}
+
+#[test]
+fn a_frame_that_is_stopped_leaves_those_under_way_whole() {
+    let (mut simulation, mut whole) = (build(&bursting()), build(&bursting()));
+    simulation.submit(2).unwrap();
+    let stopped = simulation.step_unless(&Arc::new(AtomicBool::new(true)));
+    assert!(matches!(stopped, Err(StepError::Stopped { frame: 3 })));
+    whole.advance(2).unwrap();
+    assert_eq!((simulation.frame(), simulation.state_hash()), (2, whole.state_hash()));
 }
 
 #[test]

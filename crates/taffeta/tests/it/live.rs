@@ -181,12 +181,21 @@ fn what_no_scene_could_have_is_refused_while_one_runs_and_changes_nothing() {
     let mut simulation = build(&scene);
     let (cloth, ball) = (simulation.body("sheet").unwrap(), simulation.collider("collider0").unwrap());
     let pin = simulation.pin(cloth, 0).unwrap();
+    let endless =
+        Pose { rotate: Rotation { axis: [f64::INFINITY, 0.0, 0.0], degrees: 0.0 }, ..Pose::default() };
     let shift = |x: f64| Pose { translate: [0.0, x, 0.0], ..Pose::default() };
     let turn =
         |length: f64| Pose { rotate: Rotation { axis: [0.0, length, 0.0], degrees: 5.0 }, ..Pose::default() };
-    for odd in
-        [shift(1e300), shift(1.1e6), shift(f64::NAN), turn(0.0), turn(1e-200), turn(1e200), turn(f64::NAN)]
-    {
+    for odd in [
+        shift(1e300),
+        shift(1.1e6),
+        shift(f64::NAN),
+        turn(0.0),
+        turn(1e-200),
+        turn(1e200),
+        turn(f64::NAN),
+        endless,
+    ] {
         for refused in [simulation.move_collider(ball, odd), simulation.move_pin(pin, odd)] {
             assert!(matches!(refused, Err(InputError::Value(_))), "{odd:?}");
         }

@@ -1,8 +1,8 @@
 //! A simulation that is restored from a snapshot goes on as if it had never stopped.
 
 use crate::common::{add, build_as, positions, run};
-use taffeta::scene::{Body, Collider, Icosphere, Kind, Mass, Mesh, Method, Scene, Select};
-use taffeta::{Precision, Simulation};
+use taffeta::scene::{Body, Collider, Icosphere, Keyframe, Kind, Mass, Mesh, Method, Scene, Select, World};
+use taffeta::{Pose, Precision, Simulation};
 
 /// Cloth with a moving pin and one for the hand, beside a soft ball with hinges that falls onto a plane.
 fn scene() -> Scene {
@@ -12,7 +12,7 @@ fn scene() -> Scene {
         .shear(30.0, 0.02)
         .bend(5.0, 0.0)
         .pin(Select::nodes([0]))
-        .pin_moving(Select::nodes([10]), vec![taffeta::scene::Keyframe::translate(0.2, [0.1, 0.0, 0.05])]);
+        .pin_moving(Select::nodes([10]), vec![Keyframe::translate(0.2, [0.1, 0.0, 0.05])]);
     let ball = Mesh::Icosphere(Icosphere { radius: 0.1, subdivisions: 2 });
     let mut ball = Body::cloth("ball", ball).with_mass(Mass::Whole(0.5)).structural(200.0, 0.1);
     ball.kind = Kind::Soft;
@@ -179,6 +179,12 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
         assert!(error.contains(words), "{error}");
         assert_eq!(simulation.state_hash(), before);
     };
+    refused(&|s| s.held.push(1), "node 1 is held in it and free in the scene");
+    refused(&|s| s.changes.pinned.push(261), "it pins node 261, the scene has 261");
+    refused(&|s| s.changes.world.drag = -1.0, "world.drag: is -1 kg/s");
+    refused(&|s| s.changes.colliders.push((7, Keyframe::default())), "it moves collider 7");
+    let far = Keyframe { translate: [1e300, 0.0, 0.0], ..Keyframe::default() };
+    refused(&|s| s.changes.colliders.push((0, far.clone())), "collider.motion[0].translate: is [1e300");
     refused(&|s| s.scene ^= 1, "it is of another scene");
     refused(&|s| s.start.springs = f64::NAN, "the report of its start has an energy");
     refused(&|s| s.report.kinetic = f64::INFINITY, "the report of its last frame has an energy");
@@ -186,7 +192,7 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     refused(&|s| s.nodes = 7, "it holds 7 nodes, the scene has 261");
     refused(&|s| s.state.truncate(100), "has 100 bytes");
     refused(&|s| s.held.push(261), "node 261");
-    refused(&|s| s.held.clear(), "node 0 is free in it and pinned here");
+    refused(&|s| s.held.clear(), "node 0 is free in it and held in the scene");
     let nan = f32::NAN.to_le_bytes();
     refused(&|s| s.state[12 * 5..12 * 5 + 4].copy_from_slice(&nan), "node 5 has a number that is not finite");
     refused(&|s| s.pulls = 3, "it holds 3 pulls of constraints, the scene has 0");
@@ -215,4 +221,50 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
         &|s| s.constraints[4 * 6..4 * 7].copy_from_slice(&nan),
         "constraint 6 has a pull that is not finite",
     );
+}
+
+#[test]
+fn what_a_program_has_changed_comes_back_with_the_state() {
+    let program = |simulation: &mut Simulation, frames: std::ops::Range<u32>| {
+        let (cloth, floor) = (simulation.body("cloth").unwrap(), simulation.collider("collider0").unwrap());
+        let pin = simulation.pin(cloth, 1).unwrap();
+        for frame in frames {
+            let share = 0.01 * f64::from(frame);
+            simulation
+                .move_collider(floor, Pose { translate: [0.0, share, 0.0], ..Pose::default() })
+                .unwrap();
+            if frame >= 20 {
+                simulation.move_pin(pin, Pose { translate: [0.1, share, 0.05], ..Pose::default() }).unwrap();
+            }
+            if frame % 4 == 1 {
+                simulation.pin_vertex(cloth, 60 + frame as usize, [0.1, 0.1 + share, 0.0]).unwrap();
+            }
+            if frame % 4 == 3 {
+                simulation.unpin_vertex(cloth, 58 + frame as usize).unwrap();
+            }
+            let world = World { drag: 1e-3 * f64::from(frame % 3), ..World::default() };
+            simulation.set_world(&world).unwrap();
+            run(simulation, 1);
+        }
+    };
+    for precision in [Precision::F32, Precision::F64] {
+        let mut whole = build_as(&scene(), precision, 1);
+        program(&mut whole, 0..22);
+        let snapshot = whole.snapshot();
+        program(&mut whole, 22..30);
+        let mut fresh = build_as(&scene(), precision, 2);
+        fresh.restore(&snapshot).unwrap();
+        assert_eq!(fresh.snapshot(), snapshot);
+        program(&mut fresh, 22..30);
+        assert_eq!(fresh.state_hash(), whole.state_hash());
+        // The same simulation goes back, and to before the program changed anything.
+        whole.restore(&snapshot).unwrap();
+        program(&mut whole, 22..30);
+        assert_eq!(fresh.state_hash(), whole.state_hash());
+        let start = build_as(&scene(), precision, 1);
+        whole.restore(&start.snapshot()).unwrap();
+        assert_eq!(whole.snapshot(), start.snapshot());
+        program(&mut whole, 0..30);
+        assert_eq!(fresh.state_hash(), whole.state_hash());
+    }
 }
