@@ -1,6 +1,8 @@
 //! What is done with the input of each fuzz target, and what must hold afterwards. The fuzzers call one of these each;
 //! the test that replays the corpus calls them all.
 
+mod calls;
+
 use std::sync::Arc;
 use taffeta::scene::{Body, Mass, Mesh, Scene};
 use taffeta::topology::Surface;
@@ -18,7 +20,7 @@ type Target = fn(&[u8]) -> bool;
 
 /// Each target, which has a folder of its name in `corpus`.
 #[allow(dead_code, reason = "each fuzzer uses one of them, the test all")]
-pub const ALL: [(&str, Target); 8] = [
+pub const ALL: [(&str, Target); 9] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
@@ -27,6 +29,7 @@ pub const ALL: [(&str, Target); 8] = [
     ("scene", scene),
     ("pairs", pairs),
     ("checkpoint", checkpoint),
+    ("calls", calls::calls),
 ];
 
 pub fn obj(input: &[u8]) -> bool {

@@ -11,8 +11,9 @@ const TESTS: [&str; 2] = [
 ];
 /// What chooses among the faults and rows there.
 const CHOICE: &str = "TAFFETA_FAULTS";
-/// Tests of scenes that are made up at random, and what says how many scenes each of them makes up: more than 10,000 in all.
-const SCENES: &str = "random_surfaces::";
+/// Tests of scenes that are made up at random, and of sequences of calls, and what says how many each of them makes up: more than 10,000
+/// in all.
+const RANDOM: [(&str, &str); 2] = [("taffeta", "random_surfaces::"), ("taffeta-io", "calls::")];
 const COUNT: (&str, &str) = ("TAFFETA_RANDOM_SCENES", "3400");
 /// Faults, and rows, of a sample in `cargo xtask test`.
 const SAMPLE: usize = 20;
@@ -58,7 +59,7 @@ pub fn sample(built: &test::Built, seed: Option<&str>) -> Result<(), String> {
 }
 
 fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
-    let mut command = engine_tests(built)?;
+    let mut command = tests_of(built, "taffeta")?;
     command.args(["--ignored", "--exact", "--nocapture"]).args(TESTS);
     match choice {
         Choice::All => {
@@ -75,12 +76,14 @@ fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
 
 /// Runs scenes of contact between surfaces that are made up at random.
 fn try_scenes(built: &test::Built) -> Result<(), String> {
-    let mut command = engine_tests(built)?;
-    finish(command.arg(SCENES).env(COUNT.0, COUNT.1))
+    RANDOM
+        .iter()
+        .try_for_each(|(package, tests)| finish(tests_of(built, package)?.arg(tests).env(COUNT.0, COUNT.1)))
 }
 
-fn engine_tests(built: &test::Built) -> Result<Command, String> {
-    Ok(built.tests("taffeta", "it").ok_or("the engine's tests were not built")?.command())
+fn tests_of(built: &test::Built, package: &str) -> Result<Command, String> {
+    let tests = built.tests(package, "it");
+    Ok(tests.ok_or_else(|| format!("the tests of {package} were not built"))?.command())
 }
 
 fn finish(command: &mut Command) -> Result<(), String> {

@@ -159,7 +159,9 @@ fn hostile_inputs_end_in_words_and_within_their_memory() {
             let input = fs::read(&file).unwrap();
             let name = file.display().to_string();
             let refused = file.file_name().is_some_and(|name| name.to_string_lossy().starts_with("refused"));
-            assert_frugal(&name, input.len(), || assert_eq!(run(&input), !refused, "{name}: accepted"));
+            // What runs scenes for any input takes what they take.
+            let length = if target == "calls" { 1 << 16 } else { input.len() };
+            assert_frugal(&name, length, || assert_eq!(run(&input), !refused, "{name}: accepted"));
         }
     }
     for (name, format, input) in dense_meshes(50_000) {

@@ -1,5 +1,6 @@
 //! Scenes and meshes in, results out.
 
+mod calls;
 mod checkpoint;
 mod files;
 mod garments;
