@@ -34,7 +34,8 @@ use std::collections::BTreeSet;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Snapshot {
-    /// Hash of the scene: of the text that [`identity`](crate::scene::identity) makes of it.
+    /// Hash of the scene: of the text that [`identity`](crate::scene::identity) makes of it. Who wants the state in another scene with the
+    /// same nodes and constraints takes the hash from a snapshot of that one.
     pub scene: u64,
     /// Arithmetic, and so the width of the numbers in `state`.
     pub precision: Precision,

@@ -98,6 +98,9 @@ fn a_step_leaves_an_error_of_second_order_in_its_length() {
     let residual = |h: f64| {
         let scene = weightless("step", h, h).body(ball(2, VolumeForm::Corrected).at([0.5, 1.0, -2.0]));
         let mut simulation = build(&scene);
+        // The state of another scene.
+        let mut snapshot = snapshot.clone();
+        snapshot.scene = simulation.snapshot().scene;
         simulation.restore(&snapshot).unwrap();
         run(&mut simulation, 1);
         error(&simulation).abs()
