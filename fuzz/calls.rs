@@ -90,7 +90,7 @@ enum Call {
     Save,
     /// Back to what was saved, in the same simulation or in a new one.
     Back {
-        anew: bool,
+        rebuilt: bool,
     },
 }
 
@@ -123,8 +123,8 @@ impl Call {
             18 => Self::Threads(usize::from(bytes.below(5))),
             19 => Self::Adopt,
             20 | 21 => Self::Save,
-            22 => Self::Back { anew: false },
-            _ => Self::Back { anew: true },
+            22 => Self::Back { rebuilt: false },
+            _ => Self::Back { rebuilt: true },
         })
     }
 
@@ -253,12 +253,12 @@ pub fn calls(input: &[u8]) -> bool {
                 let snapshot = simulation.snapshot();
                 saved = simulation.restore(&snapshot).is_ok().then(|| (snapshot, Vec::new()));
             }
-            Call::Back { anew } => {
+            Call::Back { rebuilt } => {
                 let Some((snapshot, since)) = &mut saved else { continue };
                 let _ = simulation.poll();
                 since.push(Call::Poll);
                 let wanted = state(&simulation);
-                if anew {
+                if rebuilt {
                     simulation = build();
                 }
                 simulation.restore(snapshot).expect("it is of this scene");
@@ -266,7 +266,7 @@ pub fn calls(input: &[u8]) -> bool {
                 for call in since.iter() {
                     call.make(&mut simulation, &build);
                 }
-                assert_same(&state(&simulation), &wanted, || format!("anew: {anew}, {since:?}"));
+                assert_same(&state(&simulation), &wanted, || format!("rebuilt: {rebuilt}, {since:?}"));
             }
             call => {
                 let before = call.is_input().then(|| state(&simulation));

@@ -350,42 +350,6 @@ impl Simulation {
         self.limit.max_tension.as_ref()
     }
 
-    /// Pins a vertex, and moves it to a place [m] during the next frame, in a straight line; it stays there, until
-    /// [`Self::unpin_vertex`] where no pin of the scene holds it.
-    ///
-    /// # Errors
-    /// Where the body has no such vertex or is one of another simulation, the vertex follows keyframes of the scene, or `to`
-    /// is not within ±10⁶ m.
-    pub fn pin_vertex(
-        &mut self,
-        body: BodyHandle,
-        vertex: usize,
-        to: impl Into<DVec3>,
-    ) -> Result<(), InputError> {
-        let (found, node) = self.node_of(body, vertex)?;
-        let to = to.into().to_array();
-        Path::of("place").within(&to)?;
-        let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
-        let moving = self.backend.assembly().moving_pins();
-        let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
-        if nodes.iter().any(keyed) {
-            let what = format!("vertex {vertex} of body `{}`", found.name);
-            return Err(InputError::FollowsKeyframes { what });
-        }
-        for node in nodes {
-            if self.backend.is_free(node) {
-                self.backend.pin(node);
-                self.pinned.insert(node as u32);
-            }
-            let from = self.backend.position(node);
-            let moves = &mut self.input.moves;
-            moves.retain(|&(other, ..)| other as usize != node);
-            let place = moves.partition_point(|&(other, ..)| (other as usize) < node);
-            moves.insert(place, (node as u32, from, to));
-        }
-        Ok(())
-    }
-
     /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
     ///
     /// # Errors

@@ -114,7 +114,7 @@ fn a_mesh_that_moved_by_a_bit_is_another_scene() {
         let places = vec![[x, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
         taffeta_io::surface_from(places, polygons, None, vec![]).unwrap()
     };
-    let told = |path: &str, of: &dyn Fn(f64) -> Scene| {
+    let differs = |path: &str, of: &dyn Fn(f64) -> Scene| {
         let of = |x: f64| identity(&of(x));
         assert_eq!(difference(&of(0.0), &of(0.0)), None);
         let said = difference(&of(0.0), &of(f64::EPSILON)).unwrap();
@@ -123,15 +123,15 @@ fn a_mesh_that_moved_by_a_bit_is_another_scene() {
     let mesh = |x: f64| Mesh::Surface(std::sync::Arc::new(surface(x)));
     let body = |mesh: Mesh| Body::cloth("b", mesh).with_mass(Mass::Node(0.1));
     let sheet = || Scene::new("mesh").body(body(Mesh::grid(3, 3, [1.0, 1.0])));
-    told("body[0].mesh.file", &|x| Scene::new("mesh").body(body(mesh(x))));
-    told("collider[0].mesh.file", &|x| sheet().collider(Collider::mesh(mesh(x))));
-    told("collider[0].convex.file", &|x| sheet().collider(Collider::convex(mesh(x))));
-    told("collider[0].poses.file", &|x| {
+    differs("body[0].mesh.file", &|x| Scene::new("mesh").body(body(mesh(x))));
+    differs("collider[0].mesh.file", &|x| sheet().collider(Collider::mesh(mesh(x))));
+    differs("collider[0].convex.file", &|x| sheet().collider(Collider::convex(mesh(x))));
+    differs("collider[0].poses.file", &|x| {
         let nodes = vec![std::sync::Arc::new(surface(x).nodes)];
         let poses = Poses { nodes, ..Poses::default() };
         sheet().collider(Collider { poses: Some(poses), ..Collider::mesh(mesh(0.0)) })
     });
-    told("body[0].springs.internal.file", &|x| {
+    differs("body[0].springs.internal.file", &|x| {
         let internal = Internal { pairs: Some(vec![[0, 1 + u32::from(x > 0.0)]]), ..Internal::default() };
         let mut ball = body(Mesh::grid(3, 3, [1.0, 1.0]));
         ball.springs.internal = Some(internal);

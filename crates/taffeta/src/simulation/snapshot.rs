@@ -419,6 +419,9 @@ impl Simulation {
         let pinned: BTreeSet<u32> = snapshot.changes.pinned.iter().copied().collect();
         for (user, &node) in (0..).zip(order) {
             let in_it = held.binary_search(&user).is_ok();
+            if pinned.contains(&user) && !in_it {
+                return Err(format!("node {user} is pinned by a program in it, and not held"));
+            }
             if is_held(node) != (in_it && !pinned.contains(&user)) {
                 let [there, here] = if in_it { ["held", "free"] } else { ["free", "held"] };
                 return Err(format!("node {user} is {there} in it and {here} in the scene"));

@@ -26,8 +26,8 @@ fn a_thickness_that_has_another_body_within_it_is_refused_with_both_names() {
         for (bodies, number) in [([coarse.clone(), fine.clone()], 0), ([fine, coarse], 1)] {
             let said = error(&bodies.into_iter().fold(Scene::new("typed in mm"), Scene::body));
             assert!(said.starts_with(&format!("body[{number}].self_collision.thickness: is 10 m")), "{said}");
-            let told = ["body `fine` has 90000 nodes", "(mm are divided by 1000)"];
-            assert!(told.iter().all(|words| said.contains(words)), "{said}");
+            let parts = ["body `fine` has 90000 nodes", "(mm are divided by 1000)"];
+            assert!(parts.iter().all(|words| said.contains(words)), "{said}");
         }
     }
 }

@@ -180,6 +180,7 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
         assert_eq!(simulation.state_hash(), before);
     };
     refused(&|s| s.held.push(1), "node 1 is held in it and free in the scene");
+    refused(&|s| s.changes.pinned.push(3), "node 3 is pinned by a program in it, and not held");
     refused(&|s| s.changes.pinned.push(261), "it pins node 261, the scene has 261");
     refused(&|s| s.changes.world.drag = -1.0, "world.drag: is -1 kg/s");
     refused(&|s| s.changes.colliders.push((7, Keyframe::default())), "it moves collider 7");

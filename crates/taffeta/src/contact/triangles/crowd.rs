@@ -6,7 +6,7 @@ use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::Leaf;
 use crate::contact::triangles::surfaces::Surfaces;
 use crate::scene::{Scene, SceneError};
-use crate::topology::boxes::{Bounds, NOWHERE, around, join};
+use crate::topology::boxes::{Bounds, around, join};
 use std::ops::Range;
 
 /// Most pairs of leaves that are listed at the start, for each leaf and besides: some hundred bytes each.
@@ -51,20 +51,21 @@ impl Crowd {
     /// Adds the branch of some things. Returns its number.
     fn grow(&mut self, all: &[Thing], range: Range<usize>) -> usize {
         let number = self.0.len();
-        let things = &all[range.clone()];
-        let reach = things.iter().map(|one| one.reach);
-        self.0.push(Branch {
-            bounds: things.iter().fold(NOWHERE, |bounds, one| join(bounds, one.bounds)),
-            reach: [reach.clone().fold(f64::INFINITY, f64::min), reach.fold(0.0, f64::max)],
-            groups: [things[0].group, things[things.len() - 1].group],
-            weight: things.iter().map(|one| one.weight).sum(),
-            things: range.clone(),
-            halves: None,
-        });
+        let Thing { bounds, reach, group, weight } = all[range.start];
+        let (reach, groups) = ([reach; 2], [group; 2]);
+        self.0.push(Branch { things: range.clone(), bounds, reach, groups, weight, halves: None });
         if range.len() > 1 {
             let middle = range.start + range.len() / 2;
             let halves = [self.grow(all, range.start..middle), self.grow(all, middle..range.end)];
-            self.0[number].halves = Some(halves);
+            let [a, b] = halves.map(|half| &self.0[half]);
+            self.0[number] = Branch {
+                things: range,
+                bounds: join(a.bounds, b.bounds),
+                reach: [a.reach[0].min(b.reach[0]), a.reach[1].max(b.reach[1])],
+                groups: [a.groups[0], b.groups[1]],
+                weight: a.weight + b.weight,
+                halves: Some(halves),
+            };
         }
         number
     }
