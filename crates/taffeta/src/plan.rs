@@ -4,6 +4,7 @@ pub mod refinement;
 
 use crate::assembly::Assembly;
 use crate::extensions::Extensions;
+use crate::plan::refinement::InVain;
 use crate::real::Real;
 
 /// The parameters of a sub-step.
@@ -13,6 +14,8 @@ pub struct Substep<T> {
     pub longest: T,
     /// Whether surfaces may hold back nodes that pins move.
     pub pins_may_lag: bool,
+    /// When it is in vain to go on with the frame.
+    pub in_vain: InVain,
     /// Gravity [m/s²].
     pub gravity: [f64; 3],
     /// Force of the wind on each node [N].
@@ -37,6 +40,7 @@ impl<T: Real> Substep<T> {
             h: T::ZERO,
             longest: T::ZERO,
             pins_may_lag: false,
+            in_vain: InVain::NEVER,
             gravity: [0.0; 3],
             wind_force: [0.0; 3],
             drag: 0.0,
@@ -47,11 +51,11 @@ impl<T: Real> Substep<T> {
     }
 }
 
-/// The sub-steps of the frame that starts at time `start` [s], those of the scene cut into `parts` each.
+/// The sub-steps of the frame that starts at time `start` [s], those of the scene cut into `parts` each, unless that is in vain.
 pub fn frame<T: Real>(
     assembly: &Assembly,
     start: f64,
-    parts: u32,
+    (parts, in_vain): (u32, InVain),
     parameters: Parameters<T>,
 ) -> Vec<Substep<T>> {
     let (time, world) = (&assembly.time, &assembly.world);
@@ -62,6 +66,7 @@ pub fn frame<T: Real>(
             h: T::from_f64(h),
             longest,
             pins_may_lag: assembly.surfaces().is_some(),
+            in_vain,
             gravity: world.gravity,
             wind_force: world.wind_force,
             drag: world.drag,

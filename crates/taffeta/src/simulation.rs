@@ -206,6 +206,7 @@ impl Simulation {
             volumes,
             pairs,
             intersections,
+            blown_up: _,
             squeezed,
             solver,
             broken,

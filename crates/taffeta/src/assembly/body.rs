@@ -8,6 +8,7 @@ use crate::scene::{Body, Grid, Kind, Mesh, SceneError, Select};
 use crate::topology::{
     Edges, LANES, Placement, RestShape, Selectable, Surface, mass, measure, no_inside, order, select, shapes,
 };
+use std::ops::Range;
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
 /// solver's in the scene (`first` more).
@@ -94,6 +95,11 @@ impl BodyAssembly {
     pub fn nodes_at(&self, node: usize) -> impl Iterator<Item = usize> {
         let split = self.split.iter().filter(move |[_, owner]| *owner as usize == node);
         std::iter::once(node).chain(split.map(|[node, _]| *node as usize))
+    }
+
+    /// Solver indices of its nodes.
+    pub fn solver_range(&self) -> Range<usize> {
+        self.first..self.first + self.nodes
     }
 
     /// The first vertex of the node with the solver's number `local`.

@@ -14,7 +14,7 @@ use crate::cpu::team::Team;
 use crate::cpu::tile::{Fields, Nodes, Scratch};
 use crate::cpu::tiles::{self, TilePlan};
 use crate::cpu::worker::{Program, Worker};
-use crate::plan::refinement::Refinement;
+use crate::plan::refinement::{InVain, Refinement};
 use crate::plan::{self, Parameters, Substep};
 use crate::real::Real;
 use crate::report::FrameSums;
@@ -23,7 +23,7 @@ use crate::topology::LANES;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -90,6 +90,8 @@ pub struct CpuBackend<T> {
     refinement: Refinement,
     /// How much of a node's way was taken at most in a sub-step of the last frame, relative to an edge.
     taken: f64,
+    /// The same since the last good frame, where only a scene that blows up comes to it; 0 else.
+    blown_up: f64,
     /// Whether the next frame is timed by stages, and the times [s] of the last timed frame.
     is_timed: bool,
     times: Vec<(&'static str, f64)>,
@@ -137,6 +139,7 @@ impl<T: Real> CpuBackend<T> {
             sums: FrameSums::default(),
             refinement: Refinement::default(),
             taken: 0.0,
+            blown_up: 0.0,
             is_timed: false,
             times: Vec::new(),
         })
@@ -149,9 +152,14 @@ impl<T: Real> CpuBackend<T> {
         for feature in self.features.iter_mut() {
             feature.prepare(&self.assembly, start, state);
         }
-        let substeps = plan::frame(&self.assembly, start, self.refinement.parts, self.parameters);
+        let parts = self.refinement.parts;
+        let in_vain = InVain::of(&self.assembly, parts, !self.input.moves.is_empty());
+        let substeps = plan::frame(&self.assembly, start, (parts, in_vain), self.parameters);
         self.run(&substeps);
-        self.sums.parts = self.refinement.parts;
+        if self.taken > in_vain.taken && parts == self.assembly.time.most_parts() {
+            self.blown_up = self.blown_up.max(self.taken);
+        }
+        (self.sums.parts, self.sums.blown_up) = (parts, self.blown_up);
     }
 
     /// The state of now, where a frame may be repeated.
@@ -184,23 +192,23 @@ impl<T: Real> CpuBackend<T> {
     /// Runs sub-steps, and measures the state after them.
     fn run(&mut self, substeps: &[Substep<T>]) {
         let start = Instant::now();
-        self.work_on_frame(substeps);
+        let done = self.work_on_frame(substeps);
         if self.team.was_stopped() {
             // Nobody is to learn from it.
             self.team.waited();
             return;
         }
         let seconds = start.elapsed().as_secs_f64();
-        substeps.iter().for_each(|_| self.turn.pass());
+        (0..done).for_each(|_| self.turn.pass());
         self.sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
         // SAFETY: no worker works between frames.
         let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
         for feature in self.features.iter_mut() {
-            feature.measure(state, substeps.len(), &mut self.sums);
+            feature.measure(state, done, &mut self.sums);
         }
         // Before there are other workers.
         self.taken = self.features.iter_mut().filter_map(|feature| feature.taken()).fold(0.0, f64::max);
-        let workers = self.attendance.after(seconds, substeps.len(), self.team.waited());
+        let workers = self.attendance.after(seconds, done, self.team.waited());
         if let Some(workers) = workers {
             self.set_workers(workers);
         } else if !substeps.is_empty() {
@@ -236,12 +244,12 @@ impl<T: Real> CpuBackend<T> {
         self.balance.set_cost(start.elapsed().as_secs_f64());
     }
 
-    /// Runs a frame on all workers. The first one has a clock if the frame is timed.
-    fn work_on_frame(&mut self, substeps: &[Substep<T>]) {
+    /// Runs a frame on all workers, and says how many sub-steps it came to. The first one has a clock if the frame is timed.
+    fn work_on_frame(&mut self, substeps: &[Substep<T>]) -> usize {
         let (at_rest, timed) =
             (Substep::at_rest(), std::mem::take(&mut self.is_timed) && !substeps.is_empty());
         let (times, waited) = (Mutex::new(Vec::new()), Mutex::new(vec![0.0; self.chunks.len()]));
-        let program = &self.program;
+        let (program, done) = (&self.program, AtomicUsize::new(0));
         self.work(&at_rest, |worker| {
             worker.clock = (timed && worker.index == 0).then(|| Rc::new(Clock::default()));
             worker.frame(program, substeps, &at_rest);
@@ -249,11 +257,13 @@ impl<T: Real> CpuBackend<T> {
                 *times.lock().unwrap_or_else(PoisonError::into_inner) = clock.by_name();
             }
             waited.lock().unwrap_or_else(PoisonError::into_inner)[worker.index] = worker.waited;
+            done.store(worker.done, Ordering::Relaxed);
         });
         self.balance.waited = waited.into_inner().unwrap_or_else(PoisonError::into_inner);
         if timed {
             self.times = times.into_inner().unwrap_or_else(PoisonError::into_inner);
         }
+        done.into_inner()
     }
 
     /// Runs `job` on every worker at once.
@@ -273,6 +283,7 @@ impl<T: Real> CpuBackend<T> {
                 scratch: &self.scratch,
                 barrier,
                 waited: 0.0,
+                done: 0,
                 clock: None,
             });
         });
@@ -287,6 +298,10 @@ impl<T: Real> CpuBackend<T> {
 
 impl<T: Real> Backend for CpuBackend<T> {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
+        if self.blown_up > 0.0 {
+            // Nobody is to see what comes of it.
+            return Ok(());
+        }
         self.input = input;
         let Some(kept) = self.keep() else {
             self.run_frame(start);
@@ -322,11 +337,14 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn mark_good(&mut self) {
+        (self.blown_up, self.sums.blown_up) = (0.0, 0.0);
         self.turn.mark_good();
     }
 
     fn return_to_good(&mut self) -> Result<(), Lost> {
+        self.blown_up = 0.0;
         self.turn.return_to_good();
+        self.features.iter_mut().for_each(|feature| feature.relocate());
         Ok(())
     }
 

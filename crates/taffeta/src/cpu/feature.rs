@@ -65,6 +65,12 @@ pub trait Feature<T: Real>: Any + Send + Sync {
         None
     }
 
+    /// Whether it is in vain to go on with the frame: it is going to be repeated, or has blown up. The same for all workers at the end of
+    /// a sub-step.
+    fn is_in_vain(&self) -> bool {
+        false
+    }
+
     /// Called where sub-steps are `by` times as long from now on as the last one was: a power of two.
     fn rescale(&mut self, _by: f64) {}
 

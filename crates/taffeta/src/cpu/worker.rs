@@ -80,6 +80,8 @@ pub struct Worker<'a, T> {
     pub barrier: &'a Barrier,
     /// Time that it has waited for others where work is uneven [s].
     pub waited: f64,
+    /// Sub-steps that it has done.
+    pub done: usize,
     /// The clock, if the frame is timed.
     pub clock: Option<Rc<Clock>>,
 }
@@ -98,6 +100,10 @@ impl<'a, T: Real> Worker<'a, T> {
             self.blocks(&program.substep);
             self.timed(None, |worker| worker.barrier.wait());
             self.turn.pass();
+            self.done += 1;
+            if self.features.iter().any(|feature| feature.is_in_vain()) {
+                break;
+            }
         }
         self.substep = at_rest;
         self.blocks(&program.end);

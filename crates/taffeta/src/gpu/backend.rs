@@ -16,7 +16,7 @@ use crate::gpu::mirror::{Landing, Mirror};
 use crate::gpu::normals::AllNormals;
 use crate::gpu::options::GpuOptions;
 use crate::gpu::partition::{Partition, State};
-use crate::plan::refinement::Refinement;
+use crate::plan::refinement::{InVain, Refinement};
 use crate::plan::{self, Parameters};
 use crate::report::FrameSums;
 use crate::step::Stage;
@@ -68,6 +68,8 @@ pub struct GpuBackend {
     /// How finely sub-steps are cut, and into how many parts those of the last frame were; 0 after a measurement.
     refinement: Refinement,
     parts: u32,
+    /// How much of a node's way contact has taken at most since the last good frame, where only a scene that blows up comes to it; 0 else.
+    blown_up: f64,
 }
 
 impl From<GpuError> for Lost {
@@ -90,7 +92,7 @@ impl GpuBackend {
         let words = |error: GpuError| error.to_string();
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
-            free[body.first..body.first + body.nodes].copy_from_slice(&body.free);
+            free[body.solver_range()].copy_from_slice(&body.free);
         }
         assembly.release();
         let normals = Mutex::new(AllNormals::new(kernels.clone()));
@@ -121,6 +123,7 @@ impl GpuBackend {
             backups,
             refinement: Refinement::default(),
             parts: 0,
+            blown_up: 0.0,
         };
         if options.from != Stage::default() {
             let features = backend.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
@@ -128,7 +131,7 @@ impl GpuBackend {
         }
         // What the driver refuses is known before the first frame.
         for start in backend.assembly.sewn_at().into_iter().chain([0.0]) {
-            let substeps = plan::frame(&backend.assembly, start, 1, parameters);
+            let substeps = plan::frame(&backend.assembly, start, (1, InVain::NEVER), parameters);
             let few = &substeps[..substeps.len().min(backend.at_once())];
             backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
             backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
@@ -235,6 +238,7 @@ impl GpuBackend {
         let most = self.assembly.time.most_parts();
         loop {
             let (times, before) = (self.times.clone(), self.refinement.parts);
+            let in_vain = InVain::of(&self.assembly, before, !input.moves.is_empty());
             self.run_once(start, input, wanted)?;
             let mut is_short = false;
             let mut taken = 0.0_f64;
@@ -253,6 +257,9 @@ impl GpuBackend {
                 self.rescale(before as f32 / self.refinement.parts as f32)?;
             }
             if !is_repeated {
+                if start.is_some() && taken > in_vain.taken {
+                    self.blown_up = self.blown_up.max(taken);
+                }
                 return Ok(());
             }
             for (partition, backup) in self.partitions.iter_mut().zip(&mut self.backups) {
@@ -274,7 +281,7 @@ impl GpuBackend {
     fn run_once(&mut self, start: Option<f64>, input: &FrameInput, wanted: bool) -> Result<(), GpuError> {
         self.parts = start.map_or(0, |_| self.refinement.parts);
         let substeps = start.map_or(Vec::new(), |start| {
-            plan::frame(&self.assembly, start, self.refinement.parts, self.parameters)
+            plan::frame(&self.assembly, start, (self.refinement.parts, InVain::NEVER), self.parameters)
         });
         self.start_frame();
         let mut done = 0;
@@ -425,10 +432,11 @@ impl Backend for GpuBackend {
     }
 
     fn mark_good(&mut self) {
-        self.is_good = true;
+        (self.is_good, self.blown_up) = (true, 0.0);
     }
 
     fn return_to_good(&mut self) -> Result<(), Lost> {
+        self.blown_up = 0.0;
         if !std::mem::replace(&mut self.is_good, true) {
             let mut list = DispatchList::new();
             for ((partition, good), before) in self.partitions.iter().zip(&self.good).zip(&self.before) {
@@ -438,6 +446,8 @@ impl Backend for GpuBackend {
                 }
             }
             self.gpu.submit(&list)?;
+            let features = self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
+            features.for_each(|feature| feature.relocate());
             (self.mirror, self.changed, self.sent) = (OnceLock::new(), 0..0, false);
             self.fetch()?;
             // What was pinned or freed since stays so; the inverse mass is part of the state.
@@ -455,7 +465,8 @@ impl Backend for GpuBackend {
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
         let volumes = self.assembly.no_volumes();
-        let mut sums = FrameSums { parts: self.parts, volumes, ..FrameSums::default() };
+        let mut sums =
+            FrameSums { parts: self.parts, volumes, blown_up: self.blown_up, ..FrameSums::default() };
         for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
             feature.measure(&self.gpu, &mut sums)?;
         }

@@ -8,6 +8,7 @@ use crate::cpu::between::Between;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
 use crate::plan;
+use crate::plan::refinement::InVain;
 use crate::report::FrameSums;
 use crate::step::Stage;
 
@@ -68,7 +69,7 @@ impl Boundary {
 
 impl Backend for Boundary {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        let substeps = plan::frame(self.cpu.assembly(), start, 1, self.cpu.parameters);
+        let substeps = plan::frame(self.cpu.assembly(), start, (1, InVain::NEVER), self.cpu.parameters);
         self.gpu.start_frame();
         substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }

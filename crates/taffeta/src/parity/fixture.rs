@@ -23,6 +23,7 @@ use crate::gpu::layout::{Four, GROUP, NONE, Solving, Substep};
 use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
 use crate::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::plan;
+use crate::plan::refinement::InVain;
 use crate::real::add;
 use crate::scene::{Scene, Solver};
 use crate::step::Op;
@@ -204,9 +205,9 @@ impl Fixture {
         let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
-            is_node[body.first..body.first + body.nodes].fill(true);
+            is_node[body.solver_range()].fill(true);
         }
-        let substeps = plan::frame(&assembly, 0.0, 1, features::parameters);
+        let substeps = plan::frame(&assembly, 0.0, (1, InVain::NEVER), features::parameters);
         let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let [old, new] = states(chance, &tables, &cpu);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();

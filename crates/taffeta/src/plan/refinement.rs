@@ -1,9 +1,14 @@
 //! How finely the sub-steps of a scene are cut: where surfaces come so fast that the filter of their contact takes much of a node's
 //! way, what it takes shows as stretch. Shorter sub-steps find the contact in time, and the filter has nothing left to do.
 
+use crate::assembly::Assembly;
+
 /// What may be taken of a node's way in a sub-step, relative to an edge, and below which fewer parts may do.
 const TOO_MUCH: f64 = 0.1;
 const LITTLE: f64 = 0.04;
+/// How fast nodes want to go through what they touch only where a scene blows up, and contact holds together what would fly apart: edges a
+/// second. Impulses have taken most of what is to be taken in a collision before.
+const BLOWN_UP: f64 = 2e5;
 /// Frames of which so little is taken before fewer parts are tried.
 pub const CALM_FRAMES: u32 = 4;
 
@@ -41,6 +46,33 @@ impl Refinement {
             *self = Self { parts: self.parts / 2, calm: 0 };
         }
         false
+    }
+}
+
+/// When it is in vain to go on with a frame: it is going to be repeated, or the scene has blown up.
+#[derive(Clone, Copy, Debug)]
+pub struct InVain {
+    /// What must not be taken of a node's way in a sub-step, relative to an edge.
+    pub taken: f64,
+    /// Whether pins move, by the scene or by the program. They go on for as long as it takes, and one that was held back pulls what is in
+    /// its way with the velocity that makes up for it: so no blow-up can be told from that.
+    pub pins_move: bool,
+}
+
+impl InVain {
+    /// Every frame goes to its end.
+    pub const NEVER: Self = Self { taken: f64::INFINITY, pins_move: true };
+
+    /// In a frame of which the scene's sub-steps are cut into `parts`.
+    pub fn of(assembly: &Assembly, parts: u32, program_moves_pins: bool) -> Self {
+        let time = &assembly.time;
+        let pins_move = program_moves_pins || !assembly.moving_pins().is_empty();
+        let taken = match (parts < time.most_parts(), pins_move) {
+            (true, _) => TOO_MUCH,
+            (false, true) => f64::INFINITY,
+            (false, false) => BLOWN_UP * time.longest_step() / f64::from(parts),
+        };
+        Self { taken, pins_move }
     }
 }
 

@@ -43,6 +43,9 @@ pub struct FrameSums {
     pub pairs: PairSums,
     /// Pairs of an edge and a triangle that intersect, if surfaces are being untangled.
     pub intersections: Option<u64>,
+    /// How much of a node's way contact has taken at most in a sub-step since the last good frame, relative to an edge, where only a scene
+    /// that blows up comes to it; 0 else.
+    pub blown_up: f64,
     /// The last node, by solver index, that had no room between colliders.
     pub squeezed: Option<u32>,
     /// What the solver of constraints did.

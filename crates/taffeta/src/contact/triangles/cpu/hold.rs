@@ -9,11 +9,19 @@ use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, reach};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
+use crate::plan::Substep;
+use crate::plan::refinement::InVain;
 use crate::real::{Real, add, dot, scale, sub};
+use crate::step::FILTERS;
 use crate::topology::LANES;
 use std::sync::atomic::Ordering;
 
 impl<T: Real> TriangleContact<T> {
+    /// A way of which the square is given [m²], relative to an edge.
+    pub(super) fn by_edge(&self, squared: f64) -> f64 {
+        squared.sqrt() / self.surfaces.mean_edge
+    }
+
     /// A round of the filter: nodes go towards where they would end, and stop where they might meet something. Who goes far
     /// goes in several rounds.
     pub(super) fn filter(&self, worker: &mut Worker<'_, T>) -> Flow {
@@ -33,6 +41,10 @@ impl<T: Real> TriangleContact<T> {
             // What the last round of the last sub-step has taken of ways counts.
             let [most, last] = &mut scratch.taken;
             *most = most.max(std::mem::take(last));
+            if self.by_edge(*most) > worker.substep.in_vain.taken {
+                // The others see it at the end of the sub-step.
+                self.is_in_vain.store(true, Ordering::Relaxed);
+            }
             is_carried = self.carry(worker);
             positions(self.state(worker))
         } else {
@@ -40,6 +52,14 @@ impl<T: Real> TriangleContact<T> {
             self.target()
         };
         let motion = self.measure_motion(worker, ends);
+        if is_first && self.is_too_far(worker.substep, motion.most) {
+            self.is_in_vain.store(true, Ordering::Relaxed);
+            let scratch = self.scratch(worker);
+            scratch.taken[0] = scratch.taken[0].max((motion.most - FILTERS as f64 * cap).powi(2));
+            scratch.stage = FilterRound::Over;
+            worker.mark_moved(|_| false);
+            return Flow::Done;
+        }
         let is_far = motion.most > cap;
         let in_rounds = is_far || !is_first;
         if in_rounds {
@@ -60,6 +80,12 @@ impl<T: Real> TriangleContact<T> {
         }
         self.list_by_tile(worker);
         Flow::Go
+    }
+
+    /// Whether the rounds cannot bring a node so far [m] that little enough is left of its way. How far pins go tells nothing.
+    fn is_too_far(&self, substep: &Substep<T>, way: f64) -> bool {
+        let InVain { taken, pins_move } = substep.in_vain;
+        !pins_move && way > FILTERS as f64 * self.surfaces.longest_way() + taken * self.surfaces.mean_edge
     }
 
     /// Limits the ways of the nodes of all pairs that come near each other, if all nodes go all their way.

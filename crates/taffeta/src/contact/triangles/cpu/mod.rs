@@ -39,7 +39,7 @@ use crate::real::{Real, add, scale};
 use crate::report::FrameSums;
 use crate::step::Op;
 use std::ops::Range;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Contact of surfaces.
 pub struct TriangleContact<T> {
@@ -80,6 +80,8 @@ pub struct TriangleContact<T> {
     is_stale: bool,
     /// Whether all that is known of pairs was forgotten since the last frame.
     is_forgotten: bool,
+    /// Whether the filter has taken so much that the frame need not go on.
+    is_in_vain: AtomicBool,
 }
 
 /// What a worker has found in a sub-step.
@@ -230,6 +232,7 @@ impl<T: Real> TriangleContact<T> {
             is_tangled: surfaces.start_tangled,
             is_stale: false,
             is_forgotten: false,
+            is_in_vain: AtomicBool::new(false),
             surfaces,
         };
         all.share(&context.nodes.tiles, context.chunks);
@@ -331,7 +334,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
-        self.is_forgotten = false;
+        (self.is_forgotten, self.is_in_vain) = (false, AtomicBool::new(false));
         for scratch in self.scratch.iter_mut() {
             (scratch.taken, scratch.squeezed) = ([0.0; 2], 0);
         }
@@ -363,8 +366,12 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn taken(&mut self) -> Option<f64> {
-        let all = self.scratch.iter_mut().flat_map(|scratch| scratch.taken);
-        Some(all.fold(0.0, f64::max).sqrt() / self.surfaces.mean_edge)
+        let most = self.scratch.iter_mut().flat_map(|scratch| scratch.taken).fold(0.0, f64::max);
+        Some(self.by_edge(most))
+    }
+
+    fn is_in_vain(&self) -> bool {
+        self.is_in_vain.load(Ordering::Relaxed)
     }
 
     fn forget(&mut self, _: usize) {
