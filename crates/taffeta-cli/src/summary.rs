@@ -145,6 +145,8 @@ pub struct BodySummary {
     pub vertices: usize,
     /// Its triangles.
     pub triangles: usize,
+    /// The frame in which it diverged and was frozen (`--on-divergence freeze`): it stands as it was before; null where it moves.
+    pub frozen: Option<u32>,
     /// Its volume; null where it is not closed.
     pub volume: Option<Volume>,
 }

@@ -1,6 +1,7 @@
 //! Advice as data: what an error or a warning would have the user change. The engine says so in plain words; a front end
 //! names its own setting beside them: a flag, a key of a file, a component.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// One thing to change.
@@ -17,7 +18,7 @@ use std::fmt;
 /// assert!(step <= simulation.largest_stable_step_folded());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Advice {
     /// Run on the CPU instead of a GPU: [`Options::gpu`](crate::Options::gpu) `None`.

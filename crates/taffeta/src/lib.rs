@@ -44,8 +44,8 @@ pub use gpu::GpuOptions;
 #[cfg(feature = "gpu")]
 pub use simulation::GpuCost;
 pub use simulation::{
-    BodyHandle, BodyInfo, BuildError, Changes, ColliderHandle, ColliderInfo, Diverged, InputError,
-    Intersections, Options, PinHandle, Pose, Precision, Simulation, Snapshot, StepError,
+    BodyHandle, BodyInfo, BuildError, Changes, ColliderHandle, ColliderInfo, Diverged, Frozen, InputError,
+    Intersections, OnDivergence, Options, PinHandle, Pose, Precision, Simulation, Snapshot, StepError,
 };
 pub use step::Stage;
 #[cfg(feature = "gpu")]

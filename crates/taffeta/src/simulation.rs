@@ -4,6 +4,7 @@
 mod cost;
 mod errors;
 mod frames;
+mod frozen;
 mod handles;
 mod info;
 mod input;
@@ -16,6 +17,7 @@ mod snapshot;
 #[cfg(feature = "gpu")]
 pub use cost::GpuCost;
 pub use errors::{BuildError, Diverged, StepError};
+pub use frozen::{Frozen, OnDivergence};
 pub use handles::{BodyHandle, ColliderHandle, PinHandle};
 pub use info::{BodyInfo, ColliderInfo};
 pub use input::InputError;
@@ -45,6 +47,7 @@ use crate::step::Stage;
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
 use crate::volume::volume::Form;
+use frozen::{Kept, Suspect};
 use glam::DVec3;
 use handles::SimulationId;
 use std::collections::BTreeSet;
@@ -100,6 +103,10 @@ pub struct Simulation {
     halted: Option<StepError>,
     /// Frames that were submitted and not polled yet, and whether more than gravity drives the scene in them.
     submitted: (u32, bool),
+    /// Bodies that diverged and stand still, and what others could go on from.
+    on_divergence: OnDivergence,
+    frozen: Vec<Frozen>,
+    kept: Kept,
 }
 
 impl Simulation {
@@ -150,6 +157,9 @@ impl Simulation {
             triangles: OnceLock::new(),
             halted: None,
             submitted: (0, false),
+            on_divergence: options.on_divergence,
+            frozen: Vec::new(),
+            kept: Kept::default(),
         };
         simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;
         Ok(simulation)
@@ -256,21 +266,8 @@ impl Simulation {
         }
     }
 
-    /// The vertex to name: the first that is not finite, else the fastest.
-    fn diverged(&self, [first, frame]: [u32; 2], what: String) -> Diverged {
-        let mut worst = (-1.0, 0, 0);
-        for (index, body) in self.backend.assembly().bodies.iter().enumerate() {
-            for local in 0..body.nodes {
-                let v = self.backend.velocity(body.first + local);
-                let speed =
-                    v.iter().chain(&self.backend.position(body.first + local)).map(|c| c * c).sum::<f64>();
-                let speed = if speed.is_finite() { v.iter().map(|c| c * c).sum() } else { f64::INFINITY };
-                if speed > worst.0 {
-                    worst = (speed, index, local);
-                }
-            }
-        }
-        let body = &self.backend.assembly().bodies[worst.1];
+    /// What failed in frames `first` to `frame`: the first of the suspects is named.
+    fn diverged(&self, [first, frame]: [u32; 2], what: String, suspects: &[Suspect]) -> Diverged {
         let diverges =
             |body: &BodyAssembly| body.volume().is_some_and(|kept| Form::DIVERGING.contains(&kept.form));
         let cause = match self.backend.assembly().bodies.iter().find(|body| diverges(body)) {
@@ -289,7 +286,9 @@ impl Simulation {
             cause = format!("{cause}. {hint}");
             advice.extend(hint.advice);
         }
-        let (body, vertex) = (body.name.clone(), body.vertex_of_solver(worst.2));
+        let bodies = &self.backend.assembly().bodies;
+        let named = suspects.first().map(|one| (bodies[one.body].name.clone(), one.vertex));
+        let (body, vertex) = named.unwrap_or_default();
         Diverged { first, frame, body, vertex, what, cause, advice }
     }
 
@@ -351,7 +350,8 @@ impl Simulation {
         self.limit.max_tension.as_ref()
     }
 
-    /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
+    /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up. On a [frozen](Self::frozen) body it has
+    /// no effect.
     ///
     /// # Errors
     /// Where the body has no such vertex or is one of another simulation, or `force` has a number beyond 10¹⁵ N.
@@ -364,6 +364,9 @@ impl Simulation {
         let (found, node) = self.node_of(body, vertex)?;
         let (node, force) = (found.solver_index(node), force.into().to_array());
         Path::of("force").finite(&force)?;
+        if self.is_frozen(body.index()) {
+            return Ok(());
+        }
         let forces = &mut self.input.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
         Ok(())
@@ -396,7 +399,7 @@ impl Simulation {
         self.report = FrameReport { contacts: 0, ..self.report_of(sums, self.frame()) };
         self.submitted = (0, false);
         self.start = self.report.clone();
-        self.backend.mark_good();
+        self.mark_good();
         Ok(())
     }
 

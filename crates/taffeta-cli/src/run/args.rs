@@ -39,6 +39,9 @@ pub struct Args {
     /// Count in every frame where surfaces pass through each other, by exact arithmetic; `stop` ends the run at the first
     #[arg(long, value_name = "HOW", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "count")]
     pub(super) verify_contact: Option<Verify>,
+    /// What to do where a body diverges [default: stop]
+    #[arg(long, value_name = "WHAT", value_enum)]
+    pub(super) on_divergence: Option<OnDivergence>,
     /// Resume from a checkpoint of the same scene, or from that in a folder of results
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
@@ -71,6 +74,25 @@ pub enum Verify {
     Count,
     /// Stop, with exit code 1
     Stop,
+}
+
+/// What to do where a body diverges.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum OnDivergence {
+    /// Stop, with exit code 1
+    Stop,
+    /// Freeze it where it was, and go on with the others
+    Freeze,
+}
+
+impl OnDivergence {
+    /// As the engine calls it.
+    pub fn of_engine(self) -> taffeta::OnDivergence {
+        match self {
+            Self::Stop => taffeta::OnDivergence::Stop,
+            Self::Freeze => taffeta::OnDivergence::Freeze,
+        }
+    }
 }
 
 /// Arithmetic of a run.

@@ -114,6 +114,7 @@ impl Device {
             threads: choice::at_once(args.threads),
             precision: plan.precision,
             find_largest_steps: true,
+            on_divergence: plan.on_divergence,
             gpu,
         };
         let built = Simulation::new(&loaded.scene, &options(self.gpu.clone()));

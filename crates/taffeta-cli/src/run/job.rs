@@ -5,7 +5,7 @@ use super::outputs::{self, Mark, Outputs};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
-use crate::console::counted;
+use crate::console::{self, counted};
 use crate::memory::{Growth, Watch};
 use crate::summary::Status;
 use std::io;
@@ -39,6 +39,8 @@ pub struct Job<'a> {
     last: f64,
     /// Frame of the last checkpoint.
     pub saved: Option<u32>,
+    /// How many bodies are frozen, as far as that has been said.
+    frozen: usize,
 }
 
 /// How the frames ended.
@@ -111,7 +113,8 @@ impl<'a> Job<'a> {
         let memory = Watch::new(scene, &simulation);
         let next_look =
             (plan.verify.is_none() && scene.bodies.iter().any(Body::has_surface_contact)).then_some(0);
-        Ok(Self { plan, simulation, outputs, tally, memory, next_look, last: f64::INFINITY, saved })
+        let (last, frozen) = (f64::INFINITY, simulation.frozen().len());
+        Ok(Self { plan, simulation, outputs, tally, memory, next_look, last, saved, frozen })
     }
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
@@ -154,6 +157,7 @@ impl<'a> Job<'a> {
             self.save()?;
         }
         self.look_at_squeezed();
+        self.look_at_frozen();
         match self.memory.look(self.simulation.memory() as u64) {
             Some(Growth::TooMuch(words)) if self.simulation.frame() < self.plan.end => {
                 return Err(Ending::Full(words));
@@ -200,6 +204,15 @@ impl<'a> Job<'a> {
             ))),
             _ => Ok(()),
         }
+    }
+
+    /// Says which bodies have been frozen in the last frame.
+    fn look_at_frozen(&mut self) {
+        for one in self.simulation.frozen().iter().skip(self.frozen) {
+            let what = console::advised(&one.why, &one.why.advice);
+            complain(&format!("warning: {what}\nit stands still from now on; the others go on"));
+        }
+        self.frozen = self.simulation.frozen().len();
     }
 
     /// Says once where surfaces have been pressed through each other, as between colliders that leave no room.

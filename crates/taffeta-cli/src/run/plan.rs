@@ -6,7 +6,7 @@ use super::outputs::Mark;
 use super::tally::Tally;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use taffeta::{Precision, Simulation};
+use taffeta::{OnDivergence, Precision, Simulation};
 use taffeta_io::checkpoint::{Checkpoint, difference, identity};
 use taffeta_io::program::Failure;
 use taffeta_io::{Loaded, output::Begin};
@@ -31,6 +31,8 @@ pub struct Record {
     pub every: Option<u32>,
     /// Whether intersections are counted.
     pub verify: Option<Verify>,
+    /// What becomes of bodies that diverge.
+    pub on_divergence: OnDivergence,
     /// Where its files end.
     pub mark: Mark,
     /// What it adds up to so far.
@@ -61,6 +63,8 @@ pub struct Plan {
     pub every: Option<u32>,
     /// Whether intersections are counted.
     pub verify: Option<Verify>,
+    /// What becomes of bodies that diverge.
+    pub on_divergence: OnDivergence,
     /// Full paths of the files that the scene was read from.
     pub inputs: Vec<PathBuf>,
     /// Where the run goes on.
@@ -94,6 +98,7 @@ impl Plan {
             end: frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every.or(record.every),
             verify: args.verify_contact.or(record.verify),
+            on_divergence: args.on_divergence.map_or(record.on_divergence, |what| what.of_engine()),
             inputs: loaded.files.clone(),
             earlier: Some(earlier),
         };
@@ -112,6 +117,7 @@ impl Plan {
             end: args.frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every,
             verify: args.verify_contact,
+            on_divergence: args.on_divergence.map_or_else(Default::default, |what| what.of_engine()),
             inputs: loaded.files.clone(),
             earlier: None,
         }
@@ -211,6 +217,7 @@ impl Plan {
             end: self.end,
             every: self.every,
             verify: self.verify,
+            on_divergence: self.on_divergence,
             mark: mark.clone(),
             tally: tally.clone(),
             backend: simulation.backend().to_owned(),

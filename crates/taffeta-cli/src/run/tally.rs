@@ -5,9 +5,9 @@ use super::solves::Solves;
 use super::volumes::Volumes;
 use crate::summary::{BodySummary, Energy, IntersectionSummary, PairSummary, Status, Strain, Summary};
 use serde::{Deserialize, Serialize};
-use taffeta::Simulation;
 use taffeta::diagnostics::{FabricStrain, FrameReport, Squeezed};
 use taffeta::scene::Scene;
+use taffeta::{Diverged, Frozen, Simulation};
 
 /// Engineering strain that no fabric bears: knits reach a third when they land.
 const TOO_FAR: f64 = 0.5;
@@ -139,7 +139,8 @@ impl Tally {
 
     /// What the user should know of the run that is over.
     pub fn warnings(&self, simulation: &Simulation, scene: &Scene) -> Vec<String> {
-        let mut warnings = self.volumes.warnings(scene);
+        let mut warnings: Vec<String> = simulation.frozen().iter().map(frozen).collect();
+        warnings.extend(self.volumes.warnings(scene));
         warnings.extend(self.solves.warning(scene, self.substeps));
         warnings.extend(self.stretched(scene));
         warnings.extend(self.squeezed(simulation));
@@ -234,10 +235,21 @@ impl Tally {
             nodes: body.nodes,
             vertices: body.vertices,
             triangles: body.triangles,
+            frozen: simulation
+                .frozen()
+                .iter()
+                .find(|one| one.body as usize == index)
+                .map(|one| one.why.first),
             volume: self.volumes.summary(index, scene, simulation.report()),
         };
         simulation.bodies().iter().enumerate().map(summary).collect()
     }
+}
+
+/// What to say of a body that diverged.
+fn frozen(one: &Frozen) -> String {
+    let Diverged { body, first, what, .. } = &one.why;
+    format!("body `{body}` was frozen as it was before frame {first}, in which it diverged: {what}")
 }
 
 impl PairSummary {

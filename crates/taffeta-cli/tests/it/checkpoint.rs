@@ -227,7 +227,7 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_the_reason() {
     refused(
         &older,
         &[],
-        "written by an older program, in version 0 of the format; this one reads version 13",
+        "written by an older program, in version 0 of the format; this one reads version 14",
     );
     older[8] = 99;
     refused(&older, &[], "written by a newer program");
@@ -370,4 +370,39 @@ fn a_full_disk_loses_nothing_and_the_run_goes_on_when_there_is_space() {
     assert_eq!(table.lines().count() as u64, frames + 2);
     desk.taffeta(&["run", "scene.toml", "--resume", "o/checkpoint.taffeta", "--quiet"]).assert().success();
     assert!(results(&desk.path("o")) == results(&desk.path("whole")));
+}
+
+#[test]
+fn a_body_that_diverges_is_frozen_if_asked_for_and_stays_so_when_a_run_goes_on() {
+    let beside = SHEET.split_once("[[body]]").unwrap().1;
+    let beside = beside.replace("\"sheet\"", "\"tin\"\nplace.position = [5.0, 0.0, 0.0]");
+    let desk = Desk::with(&format!("{SHEET}[[body]]{beside}"));
+    let run = |out: &str, more: &[&str]| {
+        let words = ["run", "scene.toml", "--set", "body.tin.springs.structural.k=3000", out];
+        ending(desk.taffeta(&[&words[..], more].concat()))
+    };
+    let freeze = ["--on-divergence", "freeze"];
+    let (out, err, code) = run("--out=o", &[&freeze[..], &["--frames", "40"]].concat());
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.contains("body `tin`") && err.contains("the others go on"), "{err}");
+    assert!(out.contains("warning: body `tin` was frozen as it was before frame "), "{out}");
+    let summary = desk.json("o/summary.json");
+    assert_eq!(summary["status"], "done");
+    let frozen = summary["bodies"][1]["frozen"].as_u64().unwrap();
+    assert!(summary["bodies"][0]["frozen"].is_null() && frozen < 30);
+    // Stopped when it is frozen, it goes on to the same.
+    run("--out=part", &[&freeze[..], &["--frames", "30", "--checkpoint-every", "30"]].concat());
+    let (_, err, code) = run("--resume=part", &["--frames", "40"]);
+    assert_eq!(code, Some(0), "{err}");
+    let [mut part, whole] = ["part", "o"].map(|folder| results(&desk.path(folder)));
+    part.remove("checkpoint.taffeta");
+    assert!(part == whole);
+    // From a run that was to stop it goes on if it is asked to.
+    let stops = run("--out=stop", &["--frames", "40", "--checkpoint-every", "1"]);
+    assert_eq!(stops.2, Some(1), "{}", stops.1);
+    let on = run("--resume=stop", &freeze);
+    assert_eq!(on.2, Some(0), "{}", on.1);
+    let [mut stop, whole] = ["stop", "o"].map(|folder| results(&desk.path(folder)));
+    stop.remove("checkpoint.taffeta");
+    assert!(stop == whole);
 }

@@ -135,7 +135,7 @@ mod tests {
             seen[node] += 1;
         }
         for body in &assembly.bodies {
-            assert!(seen[body.first..body.first + body.nodes].iter().all(|&count| count == 1));
+            assert!(seen[body.solver_range()].iter().all(|&count| count == 1));
         }
         for workers in [1, 2, 3, 8, 1000] {
             let parts = chunks_by_nodes(&tiles, workers);

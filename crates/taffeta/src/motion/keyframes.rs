@@ -8,6 +8,8 @@ pub struct Track {
     keys: Vec<Keyframe>,
     /// The scene's keyframes, once the program moves it from frame to frame.
     of_scene: Option<Vec<Keyframe>>,
+    /// When it comes to a halt for good [s].
+    stays_from: Option<f64>,
 }
 
 /// Where a motion has brought things: x = rotation · deform · (x₀ − pivot) + pivot + translate.
@@ -72,7 +74,7 @@ impl Track {
             let rotate = first.rotate.map(|r| Rotation { degrees: 0.0, ..r });
             all.insert(0, Keyframe { rotate, pivot: first.pivot, ..Keyframe::default() });
         }
-        Self { keys: all, of_scene: None }
+        Self { keys: all, ..Self::default() }
     }
 
     /// Whether keyframes say what comes after time `t` [s].
@@ -115,6 +117,11 @@ impl Track {
         }
     }
 
+    /// Has it stay for good where it is at a time [s], whatever the scene or the program want after that; or does not.
+    pub fn stay_from(&mut self, time: Option<f64>) {
+        self.stays_from = time;
+    }
+
     /// Whether nothing moves.
     pub fn is_still(&self) -> bool {
         self.keys.is_empty()
@@ -122,6 +129,7 @@ impl Track {
 
     /// The pose at time `t` [s].
     pub fn pose(&self, t: f64) -> Pose {
+        let t = self.stays_from.map_or(t, |from| t.min(from));
         let Some(after) = self.keys.iter().position(|key| key.t > t) else {
             return self.keys.last().map_or(Pose::REST, |key| pose_of(key, key, 0.0));
         };
@@ -282,6 +290,16 @@ mod tests {
         track.go_to(1.5, at(2.0, 4.0));
         assert_eq!([1.5, 1.75, 2.0].map(|t| track.pose(t).shift[0]), [2.0, 3.0, 4.0]);
         assert!(!track.goes_on_after(1.5) && Track::new(&[at(3.0, 1.0)]).goes_on_after(1.5));
+    }
+
+    #[test]
+    fn what_stays_for_good_goes_nowhere() {
+        let mut track = Track::new(&[Keyframe::translate(2.0, [4.0, 0.0, 0.0])]);
+        track.stay_from(Some(0.5));
+        assert_eq!([0.25, 0.5, 1.0, 9.0].map(|t| track.pose(t).shift[0]), [0.5, 1.0, 1.0, 1.0]);
+        track.go_to(3.0, Keyframe::translate(3.5, [7.0, 0.0, 0.0]));
+        track.stay_from(None);
+        assert_eq!(track.pose(3.5).shift[0], 7.0);
     }
 
     #[test]

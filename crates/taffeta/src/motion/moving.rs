@@ -44,11 +44,6 @@ impl Assembly {
         self.extensions.get_mut()
     }
 
-    /// Motions of pins.
-    pub(crate) fn tracks_of_pins(&self) -> &[Track] {
-        self.extensions.get::<MovingPins>().map_or(&[], |moving| &moving.tracks)
-    }
-
     /// Which of the tracks a pin follows.
     pub fn track_of_pin(&self, body: usize, pin: usize) -> Option<usize> {
         self.extensions.get::<MovingPins>()?.track_of_pin.get(&(body, pin)).copied()

@@ -3,6 +3,7 @@
 use super::input::InputError;
 use crate::advice::{Advice, Refusal};
 use crate::scene::SceneError;
+use serde::{Deserialize, Serialize};
 
 /// A run that cannot go on.
 ///
@@ -22,7 +23,7 @@ use crate::scene::SceneError;
 /// assert!(matches!(end.advice[..], [Advice::LongestStep(_), ..]));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[error("{}: body `{body}`, vertex {vertex}: {what}. {cause}", named(.first, .frame))]
 #[non_exhaustive]
 pub struct Diverged {

@@ -3,7 +3,7 @@
 use crate::backend::Lost;
 use crate::diagnostics::advice::runaway;
 use crate::report::FrameReport;
-use crate::simulation::{InputError, Simulation, StepError};
+use crate::simulation::{InputError, OnDivergence, Simulation, StepError};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -20,12 +20,12 @@ impl Simulation {
         }
         let before = self.frame();
         let end = before.checked_add(frames).ok_or(InputError::TooManyFrames { before, frames })?;
+        self.keep_given(frames);
         for before in before..end {
-            let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
-            let driven = self.start_frame(before).map_err(lost)?;
-            if self.backend.was_stopped() {
-                return Err(self.halt(StepError::Stopped { frame: before + 1 }));
-            }
+            let driven = match self.start_frame(before) {
+                Err(error @ StepError::Stopped { .. }) => return Err(self.halt(error)),
+                driven => driven?,
+            };
             self.submitted = (self.submitted.0 + 1, self.submitted.1 | driven);
         }
         Ok(())
@@ -64,10 +64,9 @@ impl Simulation {
         // Frames under way are whole, whatever becomes of this one.
         self.poll()?;
         self.backend.stop_on(Some(Arc::clone(stop)));
-        let submitted = self.submit(1);
+        let ended = self.submit(1).and_then(|()| self.poll().map(drop));
         self.backend.stop_on(None);
-        submitted?;
-        self.poll()
+        ended.map(|()| &self.report)
     }
 
     /// Waits for the frames that were submitted, and reports the last.
@@ -78,16 +77,15 @@ impl Simulation {
         let (frames, driven) = std::mem::take(&mut self.submitted);
         if frames > 0 {
             let frame = self.report.frame + frames;
-            let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
-            let held = sums.held.clone();
-            let report = self.report_of(sums, frame);
-            if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-                let diverged = self.diverged([self.report.frame + 1, frame], what);
+            if let Some(what) = self.judge(frame, driven)? {
+                let suspects = self.suspects();
+                let why = self.diverged([self.report.frame + 1, frame], what, &suspects);
                 self.backend.return_to_good().map_err(|Lost(why)| StepError::Lost { frame, why })?;
-                return Err(self.halt(diverged.into()));
+                match self.on_divergence {
+                    OnDivergence::Stop => return Err(self.halt(why.into())),
+                    OnDivergence::Freeze => self.go_on_without(suspects, why)?,
+                }
             }
-            (self.report, self.held) = (report, held);
-            self.backend.mark_good();
         }
         match &self.halted {
             Some(error) => Err(error.clone()),
@@ -95,13 +93,33 @@ impl Simulation {
         }
     }
 
+    /// Waits for the frames until `frame`. They are reported if they are good, else it is said why they are not.
+    pub(super) fn judge(&mut self, frame: u32, driven: bool) -> Result<Option<String>, StepError> {
+        let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
+        let held = sums.held.clone();
+        let far = sums.blown_up;
+        let report = self.report_of(sums, frame);
+        let what = runaway(&self.start, &self.report, &report, driven).or_else(|| {
+            (far > 0.0).then(|| {
+                format!(
+                    "a node would have gone {far:.0} mean edges further in a sub-step than contact has let it"
+                )
+            })
+        });
+        if what.is_none() {
+            (self.report, self.held) = (report, held);
+            self.mark_good();
+        }
+        Ok(what)
+    }
+
     /// No frame runs from now on.
-    fn halt(&mut self, error: StepError) -> StepError {
+    pub(super) fn halt(&mut self, error: StepError) -> StepError {
         self.halted.insert(error).clone()
     }
 
     /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.
-    fn start_frame(&mut self, before: u32) -> Result<bool, Lost> {
+    pub(super) fn start_frame(&mut self, before: u32) -> Result<bool, StepError> {
         let start = f64::from(before) * self.backend.assembly().time.dt;
         let input = std::mem::take(&mut self.input);
         let driven =
@@ -112,7 +130,8 @@ impl Simulation {
             self.backend.set(node as usize, at, [0.0; 3]);
         }
         self.moved = input.moves.iter().map(|&(node, ..)| node).collect();
-        self.backend.frame(start, input)?;
-        Ok(driven)
+        let frame = before + 1;
+        self.backend.frame(start, input).map_err(|Lost(why)| StepError::Lost { frame, why })?;
+        if self.backend.was_stopped() { Err(StepError::Stopped { frame }) } else { Ok(driven) }
     }
 }

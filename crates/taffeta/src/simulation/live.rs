@@ -62,7 +62,7 @@ impl Simulation {
     }
 
     /// Brings the nodes of a pin to a pose during the next frame, evenly; they stay there. The pose counts from where they
-    /// start.
+    /// start. On a [frozen](Self::frozen) body it has no effect.
     ///
     /// # Errors
     /// Where the pin is one of another simulation, it has no keyframe at all (one at t = 0 makes it movable) or still follows
@@ -73,6 +73,9 @@ impl Simulation {
         let Some(track) = self.backend.assembly().track_of_pin(body, pin.index()) else {
             return Err(InputError::Immovable { body: name(self), pin: pin.index() });
         };
+        if self.is_frozen(body) {
+            return Ok(());
+        }
         let what = |simulation: &Self| format!("pin {} of body `{}`", pin.index(), name(simulation));
         self.go_to(what, to, |assembly| &mut assembly.moving_mut().tracks[track])
     }
@@ -102,7 +105,7 @@ impl Simulation {
     }
 
     /// Pins a vertex, and moves it to a place [m] during the next frame, in a straight line; it stays there, until
-    /// [`Self::unpin_vertex`] where no pin of the scene holds it.
+    /// [`Self::unpin_vertex`] where no pin of the scene holds it. On a [frozen](Self::frozen) body it has no effect.
     ///
     /// # Errors
     /// Where the body has no such vertex or is one of another simulation, the vertex follows keyframes of the scene, or `to`
@@ -123,6 +126,9 @@ impl Simulation {
             let what = format!("vertex {vertex} of body `{}`", found.name);
             return Err(InputError::FollowsKeyframes { what });
         }
+        if self.is_frozen(body.index()) {
+            return Ok(());
+        }
         for node in nodes {
             if self.backend.is_free(node) {
                 self.backend.pin(node);
@@ -138,14 +144,14 @@ impl Simulation {
     }
 
     /// Frees a vertex that [`Self::pin_vertex`] has pinned, with the velocity that it was moved with in the last frame. What a
-    /// pin of the scene holds stays pinned.
+    /// pin of the scene holds stays pinned, and so does a [frozen](Self::frozen) body.
     ///
     /// # Errors
     /// Where the body has no such vertex, or is one of another simulation.
     pub fn unpin_vertex(&mut self, body: BodyHandle, vertex: usize) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
         let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
-        let pinned = |node: &u32| self.pinned.contains(node);
+        let pinned = |node: &u32| self.pinned.contains(node) && !self.is_frozen(body.index());
         for node in nodes.into_iter().filter(pinned).collect::<Vec<_>>() {
             self.pinned.remove(&node);
             self.moved.retain(|&other| other != node);

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use crate::gpu::GpuOptions;
+use crate::simulation::OnDivergence;
 use serde::{Deserialize, Serialize};
 
 /// Arithmetic of a run.
@@ -53,6 +54,8 @@ pub struct Options {
     /// only where a bound does not tell that the scene's own step is stable; else that bound is given for them. It may take as
     /// long as the rest of the start.
     pub find_largest_steps: bool,
+    /// What becomes of a scene in which a body diverges.
+    pub on_divergence: OnDivergence,
     /// The GPU to run on; `None`: the CPU.
     #[cfg(feature = "gpu")]
     pub gpu: Option<GpuOptions>,

@@ -5,7 +5,7 @@ use crate::motion::keyframes::Track;
 use crate::plan::refinement::{CALM_FRAMES, Refinement};
 use crate::report::FrameReport;
 use crate::scene::{Keyframe, Path, Rotation, World, check_motion};
-use crate::simulation::{InputError, Precision, Simulation};
+use crate::simulation::{Frozen, InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -87,8 +87,10 @@ pub struct Changes {
     pub colliders: Vec<(u32, Keyframe)>,
     /// The same of pins, by their number among those that can move.
     pub pins: Vec<(u32, Keyframe)>,
-    /// Nodes that were free and that a program has pinned, in user order.
+    /// Nodes that were free and that a program has pinned, those of frozen bodies among them, in user order.
     pub pinned: Vec<u32>,
+    /// Bodies that diverged and stand still.
+    pub frozen: Vec<Frozen>,
 }
 
 /// In formats that do not name their fields, one that may be left out has no place; as text it has.
@@ -318,8 +320,9 @@ impl Simulation {
                 .zip(assembly.colliders().iter().map(|one| one.track()))
                 .filter_map(brought)
                 .collect(),
-            pins: (0..).zip(assembly.tracks_of_pins()).filter_map(brought).collect(),
+            pins: (0..).zip(assembly.tracks()).filter_map(brought).collect(),
             pinned,
+            frozen: self.frozen.clone(),
         }
     }
 
@@ -332,7 +335,7 @@ impl Simulation {
             for (number, collider) in assembly.colliders_mut().iter_mut().enumerate() {
                 collider.track_mut().bring_back(of(&changes.colliders, number).as_ref());
             }
-            if !assembly.tracks_of_pins().is_empty() {
+            if !assembly.tracks().is_empty() {
                 for (number, track) in assembly.moving_mut().tracks.iter_mut().enumerate() {
                     track.bring_back(of(&changes.pins, number).as_ref());
                 }
@@ -356,18 +359,9 @@ impl Simulation {
         self.halted = None;
         self.take_changes(&snapshot.changes);
         let pinned = |user: &u32| order[*user as usize] as u32;
-        let pinned: BTreeSet<u32> = snapshot.changes.pinned.iter().map(pinned).collect();
-        for node in std::mem::replace(&mut self.pinned, pinned) {
-            if !self.pinned.contains(&node) {
-                self.backend.unpin(node as usize);
-            }
-        }
-        for &user in &snapshot.held {
-            let node = order[user as usize];
-            if self.backend.is_free(node) {
-                self.backend.pin(node);
-            }
-        }
+        self.pin_exactly(&snapshot.changes.pinned.iter().map(pinned).collect());
+        self.frozen.clone_from(&snapshot.changes.frozen);
+        self.hold_frozen();
         for (user, &node) in order.iter().enumerate() {
             let [place, velocity] = [3 * user, 3 * (order.len() + user)].map(|at| snapshot.triple(at));
             self.backend.set(node, place, velocity);
@@ -378,7 +372,7 @@ impl Simulation {
         self.held.clear();
         self.start = snapshot.start.clone();
         self.report = snapshot.report.clone();
-        self.backend.mark_good();
+        self.mark_good();
         Ok(())
     }
 
@@ -399,7 +393,7 @@ impl Simulation {
         let nodes = order.len();
         check_reports(snapshot)?;
         let assembly = self.backend.assembly();
-        let counts = [assembly.colliders().len(), assembly.tracks_of_pins().len()];
+        let counts = [assembly.colliders().len(), assembly.tracks().len()];
         snapshot.changes.check(nodes, counts)?;
         if snapshot.nodes != nodes as u64 {
             return Err(format!("it holds {} nodes, the scene has {nodes}", snapshot.nodes));
@@ -425,6 +419,17 @@ impl Simulation {
             if is_held(node) != (in_it && !pinned.contains(&user)) {
                 let [there, here] = if in_it { ["held", "free"] } else { ["free", "held"] };
                 return Err(format!("node {user} is {there} in it and {here} in the scene"));
+            }
+        }
+        for Frozen { body, .. } in &snapshot.changes.frozen {
+            let Some(body) = assembly.bodies.get(*body as usize) else {
+                return Err(format!("its body {body} is frozen, the scene has {}", assembly.bodies.len()));
+            };
+            let is_loose = |(user, node): (u32, &usize)| {
+                (body.solver_range().contains(node) && held.binary_search(&user).is_err()).then_some(user)
+            };
+            if let Some(user) = (0..).zip(order).find_map(is_loose) {
+                return Err(format!("body `{}` is frozen in it, but node {user} is not held", body.name));
             }
         }
         match snapshot.precision.beyond(self.precision, &snapshot.state, 6 * nodes) {

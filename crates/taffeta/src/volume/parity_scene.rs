@@ -99,7 +99,7 @@ fn assembly(drag: f64, meshes: bool) -> Result<Assembly, String> {
 pub fn fixture(seed: u64, drag: f64, meshes: bool) -> Result<Fixture, String> {
     let states = |chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>| {
         let untouched = cpu.assembly().bodies.iter().find(|body| body.name == UNTOUCHED);
-        let untouched = untouched.map_or(0..0, |body| body.first..body.first + body.nodes);
+        let untouched = untouched.map_or(0..0, |body| body.solver_range());
         [1.7, 2.3].map(|speed| {
             let mut state = State::default();
             for (place, (&[x, y, z, w], &[.., mass])) in

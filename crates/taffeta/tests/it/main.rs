@@ -12,6 +12,7 @@ mod crowded;
 mod culprit;
 mod determinism;
 mod fabric;
+mod freezing;
 mod friction;
 mod gpu;
 mod halted;

@@ -118,7 +118,7 @@ fn radius(fixture: &Fixture, node: u32) -> f32 {
 fn excluded_nodes(fixture: &Fixture, node: u32) -> Vec<u32> {
     let (node, mut all) = (node as usize, Vec::new());
     for (body, self_contact) in fixture.cpu.assembly().self_colliding() {
-        if (body.first..body.first + body.nodes).contains(&node) {
+        if body.solver_range().contains(&node) {
             let exclusions: &Exclusions = &self_contact.exclusions;
             exclusions
                 .each(body.grid_layout, node - body.first, |other| all.push((body.first + other) as u32));

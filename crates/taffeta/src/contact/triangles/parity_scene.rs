@@ -71,7 +71,7 @@ pub fn fixture(seed: u64) -> Result<Fixture, String> {
 /// The same with a solver, and with sheets so far from each other [m].
 pub fn fixture_with(seed: u64, solver: Solver, between: f64) -> Result<Fixture, String> {
     let states = |chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>| {
-        let strip = cpu.assembly().bodies.last().map(|body| body.first..body.first + body.nodes);
+        let strip = cpu.assembly().bodies.last().map(|body| body.solver_range());
         let mut old = State::default();
         let mut new = State::default();
         for (place, (&[x, y, z, w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate()

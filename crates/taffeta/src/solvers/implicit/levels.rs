@@ -51,7 +51,7 @@ impl Level {
         let mut graphs: Vec<Option<Graph>> = graphs(bodies, constraints, elements);
         let mut finer = Self {
             places: bodies.last().map_or(0, |body| body.first + body.places()),
-            bodies: bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            bodies: bodies.iter().map(|body| body.solver_range()).collect(),
             edges: constraints.ends.clone(),
             ..Self::default()
         };
@@ -161,8 +161,7 @@ mod tests {
         assert!(levels.iter().all(|level| level.bodies[1].is_empty()));
         assert!(levels[0].bodies[2].len() < 642 / 3);
         let (mut places, mut edges) = (assembly.places, assembly.constraints().len());
-        let mut bodies: Vec<Range<usize>> =
-            assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect();
+        let mut bodies: Vec<Range<usize>> = assembly.bodies.iter().map(|body| body.solver_range()).collect();
         for level in levels {
             assert_eq!(level.parents.rows(), places);
             assert_eq!(level.sources.rows(), level.edges.len());

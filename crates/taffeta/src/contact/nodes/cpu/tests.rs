@@ -50,12 +50,12 @@ fn motion(assembly: &Assembly, lost: f64) -> Vec<Vec<[f64; 3]>> {
         assembly.bodies.iter().map(|_| [0; 3].map(|_| (random.next() - 0.5) * 0.04)).collect();
     let mut now: Vec<[f64; 3]> = vec![[0.0; 3]; assembly.places];
     for body in &assembly.bodies {
-        now[body.first..body.first + body.nodes].copy_from_slice(&body.start);
+        now[body.solver_range()].copy_from_slice(&body.start);
     }
     let mut steps = Vec::new();
     for step in 0..STEPS {
         for (body, drift) in assembly.bodies.iter().zip(&drift) {
-            for place in &mut now[body.first..body.first + body.nodes] {
+            for place in &mut now[body.solver_range()] {
                 let leap = if random.next() < 1e-3 { 0.5 } else { 0.003 };
                 *place = [0, 1, 2].map(|axis| {
                     // Flatter from step to step, so that sheets fold.

@@ -142,7 +142,7 @@ impl<T: Real> Dual<T> {
             solver: assembly.solver.clone(),
             adaptive,
             surfaces: assembly.solver.method == Method::Ice && !assembly.colliders().is_empty(),
-            bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            bodies: assembly.bodies.iter().map(|body| body.solver_range()).collect(),
             tiles: tiles.clone(),
             scratch: PerWorker::new(context.chunks.len(), |_| SolveScratch::default()),
             work,

@@ -32,8 +32,7 @@ impl Balls {
         scene.solver.ice.form = ConstraintForm::Primal;
         let assembly = Assembly::new(&scene).unwrap();
         let ends = &assembly.constraints().ends;
-        let nodes: Vec<_> =
-            assembly.bodies.iter().map(|body| (body.first..body.first + body.nodes, false)).collect();
+        let nodes: Vec<_> = assembly.bodies.iter().map(|body| (body.solver_range(), false)).collect();
         let slots = Slots::new(assembly.places, ends, &nodes);
         let tables = Tables::new(&assembly, assembly.levels(), &(0..2), &slots).unwrap();
         let mut random = SplitMix64::new(7);
