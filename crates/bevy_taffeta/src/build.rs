@@ -242,6 +242,7 @@ impl Plan<'_, '_, '_> {
             left: old.map_or(0.0, |old| old.left),
             share: 1.0,
             unreported: 0,
+            frozen: 0,
             halted: false,
             scene,
         };
@@ -317,9 +318,11 @@ impl Plan<'_, '_, '_> {
 
     /// On the device that is asked for.
     fn simulation(&self, scene: &Scene, device: &mut Device) -> Result<Simulation, BuildError> {
-        let RunOn { device: choice, threads, .. } = *self.world.on;
-        let cpu = Options { threads, ..Options::default() };
-        let on = |gpu: Gpu| Simulation::new(scene, &Options { gpu: Some(gpu.into()), ..Options::default() });
+        let RunOn { device: choice, threads, on_divergence, .. } = *self.world.on;
+        let cpu = Options { threads, on_divergence, ..Options::default() };
+        let on = |gpu: Gpu| {
+            Simulation::new(scene, &Options { gpu: Some(gpu.into()), on_divergence, ..Options::default() })
+        };
         match (choice, device.gpu()) {
             (DeviceChoice::Gpu, None) => {
                 Err(Refusal::new("it is to run on a GPU, and Bevy has opened none", [Advice::Cpu]).into())

@@ -30,8 +30,8 @@
 //! [`Running`] starts a world again.
 //!
 //! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.
-//! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is told by the messages [`Diverged`] and
-//! [`Refused`], in the engine's words; what they advise is data, and the log names the component to change.
+//! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is told by the messages [`Frozen`], [`Diverged`]
+//! and [`Refused`], in the engine's words; what they advise is data, and the log names the component to change.
 
 mod advice;
 mod body;
@@ -54,8 +54,9 @@ pub use running::{DrawnBody, Running, Timing};
 pub use scene::{
     FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene,
 };
-pub use step::{Diverged, Refused};
+pub use step::{Diverged, Frozen, Refused};
 pub use taffeta;
+pub use taffeta::OnDivergence;
 pub use taffeta_io;
 pub use world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, Playback, RunOn, SoftWorld};
 
@@ -65,8 +66,8 @@ use bevy::prelude::*;
 /// What most programs need.
 pub mod prelude {
     pub use crate::{
-        Cloth, Diverged, Environment, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider, SoftMaterial,
-        SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
+        Cloth, Diverged, Environment, Frozen, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider,
+        SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
     };
     pub use taffeta::scene::{Air, Mass, Select, Volume, VolumeForm};
 }
@@ -139,6 +140,7 @@ impl Plugin for TaffetaPlugin {
         use TaffetaSystems::{Build, Draw, Spawn, Step};
         app.init_asset::<SoftScene>()
             .add_message::<Diverged>()
+            .add_message::<Frozen>()
             .add_message::<Refused>()
             .configure_sets(
                 PostUpdate,

@@ -8,8 +8,8 @@ use bevy::prelude::*;
 use std::time::Instant;
 use taffeta::{BuildError, InputError, StepError};
 
-/// A world cannot go on, for a body has diverged or the device is lost. What was drawn last stays. To start again, remove
-/// [`Running`].
+/// A world cannot go on: the device is lost, or a body has diverged and [`RunOn::on_divergence`] is to stop, or freezing bodies has
+/// not helped. What was drawn last stays. To start again, remove [`Running`].
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -30,6 +30,31 @@ pub struct Diverged {
     pub body: Option<Entity>,
     /// What was seen, the likely cause, and what to change.
     pub error: StepError,
+}
+
+/// A body has diverged, and stands still from now on while the others of its world go on. Where one of them is changed so that the
+/// world is built again, it goes on from where it is, and so it does where [`Running`] is removed, from its start.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// /// What has diverged is no longer there.
+/// fn remove(mut commands: Commands, mut messages: MessageReader<Frozen>) {
+///     for Frozen { body, why, .. } in messages.read() {
+///         warn!("{why}");
+///         commands.entity(*body).despawn();
+///     }
+/// }
+/// ```
+#[derive(Message, Clone, Debug)]
+pub struct Frozen {
+    /// The world.
+    pub world: Entity,
+    /// The body.
+    pub body: Entity,
+    /// What was seen of it, the likely cause, and what to change.
+    pub why: taffeta::Diverged,
 }
 
 /// A world cannot be simulated as it is. If it ran before, it runs on as it was.
@@ -70,13 +95,19 @@ pub fn step(
     mut worlds: Query<(Entity, &mut Playback, &RunOn, &mut Running)>,
     transforms: Query<&GlobalTransform>,
     mut diverged: MessageWriter<Diverged>,
+    mut frozen: MessageWriter<Frozen>,
 ) {
     for (world, mut playback, on, mut running) in &mut worlds {
         if running.halted {
             continue;
         }
         let frames = running.due(&mut playback, time.delta_secs_f64());
-        if let Err(error) = running.take(frames, on, &transforms) {
+        let taken = running.take(frames, on, &transforms);
+        for (body, why) in running.newly_frozen() {
+            warn!("taffeta: {why}{}; it stands still from now on", hint(&why.advice));
+            frozen.write(Frozen { world, body, why });
+        }
+        if let Err(error) = taken {
             error!("taffeta: {error}{}", hint(error.advice()));
             running.halted = true;
             let body = running.named_in(&error);
@@ -169,6 +200,14 @@ impl Running {
                 }
             }
         }
+    }
+
+    /// Bodies that have been frozen since it was last asked.
+    fn newly_frozen(&mut self) -> Vec<(Entity, taffeta::Diverged)> {
+        let all = self.simulation.frozen();
+        let new = all.iter().skip(self.frozen);
+        self.frozen = all.len();
+        new.map(|one| (self.bodies[one.body as usize].entity, one.why.clone())).collect()
     }
 
     /// The body that an error names.

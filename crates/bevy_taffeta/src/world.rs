@@ -1,6 +1,7 @@
 //! A simulation's settings: what acts in it, how it is solved, when it runs and on what.
 
 use bevy::prelude::*;
+use taffeta::OnDivergence;
 use taffeta::scene::{Force, Friction, Seam, Solver, Time};
 
 /// A simulation of its own: the bodies and colliders below this entity. How long its steps are and how they are solved.
@@ -130,6 +131,8 @@ pub struct RunOn {
     /// Frames from one report to the next where the device is shared. A report is read back, and the program waits for it;
     /// what is not finite is never drawn, whenever it is reported.
     pub report_every: u32,
+    /// What becomes of the others where a body diverges: by default they go on, and it stands still ([`Frozen`](crate::Frozen)).
+    pub on_divergence: OnDivergence,
 }
 
 impl Default for RunOn {
@@ -140,6 +143,7 @@ impl Default for RunOn {
             draw: DrawMethod::default(),
             threads: None,
             report_every: 120,
+            on_divergence: OnDivergence::Freeze,
         }
     }
 }

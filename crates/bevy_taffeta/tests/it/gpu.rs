@@ -5,10 +5,15 @@ use crate::picture::{cloth_material, difference, rendering, rendering_with, star
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene;
-use bevy_taffeta::{DeviceChoice, DrawMethod, SharedGpu};
+use bevy_taffeta::{DeviceChoice, DrawMethod, OnDivergence, SharedGpu};
 
-const SHARED: RunOn =
-    RunOn { device: DeviceChoice::Gpu, draw: DrawMethod::Shared, threads: None, report_every: 120 };
+const SHARED: RunOn = RunOn {
+    device: DeviceChoice::Gpu,
+    draw: DrawMethod::Shared,
+    threads: None,
+    report_every: 120,
+    on_divergence: OnDivergence::Freeze,
+};
 const COPIED: RunOn = RunOn { draw: DrawMethod::Copied, ..SHARED };
 const ON_CPU: RunOn = RunOn { device: DeviceChoice::Cpu, ..SHARED };
 

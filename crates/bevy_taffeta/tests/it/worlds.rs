@@ -5,7 +5,9 @@ use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::{Body, Keyframe, Material, Scene, World};
-use bevy_taffeta::{BodyVelocity, Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
+use bevy_taffeta::{
+    BodyVelocity, OnDivergence, Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io,
+};
 use std::path::{Path, PathBuf};
 
 /// An app with a sheet, and that.
@@ -252,12 +254,49 @@ fn parameters_may_change_while_a_world_runs() {
     assert_eq!(running(&mut app).simulation().frame(), 122 + frames);
 }
 
+/// Too stiff for its steps.
+fn tin() -> (impl Bundle, SoftMaterial) {
+    ((sheet(), Name::new("tin")), SoftMaterial::new(Mass::Node(1e-4)).structural(1e5, 0.0))
+}
+
+#[test]
+fn a_body_that_diverges_is_named_and_stands_still_while_the_others_go_on() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let good = app.world_mut().spawn((sheet(), Transform::from_xyz(5.0, 0.0, 0.0))).id();
+    let (sheet, stiff) = tin();
+    let tin = app.world_mut().spawn(sheet).insert(stiff).id();
+    ready(&mut app);
+    running(&mut app).simulation_mut().disturb(1e-3, 1);
+    let frozen = (0..60).find_map(|_| {
+        app.update();
+        let frozen = messages::<Frozen>(&app);
+        let [Frozen { body, why, .. }] = frozen[..] else { return None };
+        assert!(why.to_string().contains("sub-steps of 2.2e-5 s or less"), "{why}");
+        Some(*body)
+    });
+    assert_eq!(frozen, Some(tin));
+    let (before, frame) = (positions(&mut app), running(&mut app).simulation().frame());
+    run(&mut app, 5);
+    let after = positions(&mut app);
+    assert!(messages::<Frozen>(&app).is_empty() && messages::<Diverged>(&app).is_empty());
+    assert_eq!(running(&mut app).simulation().frame(), frame + 5);
+    let half = before.len() / 2;
+    assert!(after[..half] != before[..half] && after[half..] == before[half..]);
+    // With other springs it goes on from where it is.
+    app.world_mut().entity_mut(tin).insert(app.world().get::<SoftMaterial>(good).expect("it").clone());
+    run(&mut app, 5);
+    assert_eq!(running(&mut app).simulation().frame(), frame + 10);
+    assert!(positions(&mut app)[half..] != after[half..]);
+}
+
 #[test]
 fn a_world_that_diverges_says_so_in_the_engines_words_and_is_not_drawn_any_more() {
     let mut app = plain();
     app.add_plugins(TaffetaPlugin);
-    let stiff = SoftMaterial::new(Mass::Node(1e-4)).structural(1e5, 0.0);
-    let entity = app.world_mut().spawn((sheet(), Name::new("tin"))).insert(stiff).id();
+    let (sheet, stiff) = tin();
+    let entity = app.world_mut().spawn(sheet).insert(stiff).id();
+    set(&mut app, RunOn { on_divergence: OnDivergence::Stop, ..default() });
     ready(&mut app);
     running(&mut app).simulation_mut().disturb(1e-3, 1);
     for _ in 0..60 {

@@ -14,7 +14,7 @@ use bevy_taffeta::taffeta::taffeta_gpu::{Choice, Gpu};
 use bevy_taffeta::taffeta::{Options, Simulation};
 use bevy_taffeta::taffeta_io::program::{Failure, advised, not_built};
 use bevy_taffeta::taffeta_io::{Loaded, load_scene};
-use bevy_taffeta::{Playback, RunOn, TaffetaPlugin, spawn_scene};
+use bevy_taffeta::{OnDivergence, Playback, RunOn, TaffetaPlugin, spawn_scene};
 use std::f32::consts::TAU;
 
 /// A scene that was read and found right.
@@ -68,7 +68,13 @@ impl StagePlugin {
     /// The stage as the command line has it, drawn to `target`.
     pub fn new(args: &Args, opened: &Opened, target: RenderTarget) -> Self {
         let [width, height] = args.size.map(|side| side as f32);
-        let on = RunOn { device: args.backend.device(), threads: args.threads.map(usize::from), ..default() };
+        let on = RunOn {
+            device: args.backend.device(),
+            threads: args.threads.map(usize::from),
+            // As the command line does.
+            on_divergence: OnDivergence::Stop,
+            ..default()
+        };
         Self {
             scene: opened.loaded.scene.clone(),
             extent: opened.extent.clone(),
