@@ -8,7 +8,7 @@ use crate::drawn::{BodyMesh, all_places, drawn_of, mesh_of, view_into, viewed};
 use crate::pose::{Rigid, place_in_world};
 use crate::running::{Carried, Running, RunningBody, RunningCollider};
 use crate::scene::FromScene;
-use crate::step::Refused;
+use crate::step::{Refused, Told};
 use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
 use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
@@ -92,6 +92,7 @@ pub fn build(
     entities: Entities,
     mut building: Building,
     mut refused: MessageWriter<Refused>,
+    mut told: Told,
 ) {
     let all = worlds.iter().map(|world| world.entity).collect();
     let mut members = entities.members(&all, &mut building.arrivals);
@@ -103,6 +104,12 @@ pub fn build(
                 commands.entity(world.entity).remove::<Running>();
             }
         } else if world.is_due(&members, &entities, building.refused.contains(&world.entity)) {
+            if let Some(running) = &mut world.running {
+                // What was submitted and has diverged is not to be gone on from.
+                let polled = running.simulation.poll().map(drop);
+                running.unreported = 0;
+                told.of(world.entity, running, polled);
+            }
             let plan = Plan { world: &world, members: &members, entities: &entities };
             let clock = Instant::now();
             match plan.run(&mut building) {
@@ -242,7 +249,7 @@ impl Plan<'_, '_, '_> {
             left: old.map_or(0.0, |old| old.left),
             share: 1.0,
             unreported: 0,
-            frozen: 0,
+            frozen: Vec::new(),
             halted: false,
             scene,
         };

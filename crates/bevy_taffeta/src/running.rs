@@ -43,8 +43,8 @@ pub struct Running {
     pub(crate) share: f32,
     /// Frames since the last report.
     pub(crate) unreported: u32,
-    /// How many bodies are frozen, as far as that has been told.
-    pub(crate) frozen: usize,
+    /// Bodies that are frozen, as far as that has been told, and since which frame.
+    pub(crate) frozen: Vec<(u32, u32)>,
     /// Whether it cannot go on.
     pub(crate) halted: bool,
     /// Whether the device writes what is drawn.

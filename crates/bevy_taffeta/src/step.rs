@@ -4,6 +4,7 @@ use crate::advice::hint;
 use crate::pose::Rigid;
 use crate::running::Running;
 use crate::world::{Playback, RunOn};
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use std::time::Instant;
 use taffeta::{BuildError, InputError, StepError};
@@ -32,8 +33,8 @@ pub struct Diverged {
     pub error: StepError,
 }
 
-/// A body has diverged, and stands still from now on while the others of its world go on. Where one of them is changed so that the
-/// world is built again, it goes on from where it is, and so it does where [`Running`] is removed, from its start.
+/// A body has diverged, and stands still from now on while the others of its world go on. Where the world is built again, as for a
+/// component that changes or a body that is spawned, it goes on from where it is, and where [`Running`] is removed, from its start.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -94,8 +95,7 @@ pub fn step(
     time: Res<Time>,
     mut worlds: Query<(Entity, &mut Playback, &RunOn, &mut Running)>,
     transforms: Query<&GlobalTransform>,
-    mut diverged: MessageWriter<Diverged>,
-    mut frozen: MessageWriter<Frozen>,
+    mut told: Told,
 ) {
     for (world, mut playback, on, mut running) in &mut worlds {
         if running.halted {
@@ -103,15 +103,31 @@ pub fn step(
         }
         let frames = running.due(&mut playback, time.delta_secs_f64());
         let taken = running.take(frames, on, &transforms);
+        told.of(world, &mut running, taken);
+    }
+}
+
+/// Tells of bodies and worlds that have diverged.
+#[derive(SystemParam)]
+pub struct Told<'w> {
+    diverged: MessageWriter<'w, Diverged>,
+    frozen: MessageWriter<'w, Frozen>,
+}
+
+impl Told<'_> {
+    /// What has become of a world in the frames that it has taken.
+    pub fn of(&mut self, world: Entity, running: &mut Running, taken: Result<(), StepError>) {
         for (body, why) in running.newly_frozen() {
             warn!("taffeta: {why}{}; it stands still from now on", hint(&why.advice));
-            frozen.write(Frozen { world, body, why });
+            self.frozen.write(Frozen { world, body, why });
         }
-        if let Err(error) = taken {
+        if let Err(error) = taken
+            && !running.halted
+        {
             error!("taffeta: {error}{}", hint(error.advice()));
             running.halted = true;
             let body = running.named_in(&error);
-            diverged.write(Diverged { world, body, error });
+            self.diverged.write(Diverged { world, body, error });
         }
     }
 }
@@ -205,9 +221,11 @@ impl Running {
     /// Bodies that have been frozen since it was last asked.
     fn newly_frozen(&mut self) -> Vec<(Entity, taffeta::Diverged)> {
         let all = self.simulation.frozen();
-        let new = all.iter().skip(self.frozen);
-        self.frozen = all.len();
-        new.map(|one| (self.bodies[one.body as usize].entity, one.why.clone())).collect()
+        let since = |one: &taffeta::Frozen| (one.body, one.why.first);
+        let new = all.iter().filter(|one| !self.frozen.contains(&since(one)));
+        let new = new.map(|one| (self.bodies[one.body as usize].entity, one.why.clone())).collect();
+        self.frozen = all.iter().map(since).collect();
+        new
     }
 
     /// The body that an error names.

@@ -284,7 +284,8 @@ fn a_body_that_diverges_is_named_and_stands_still_while_the_others_go_on() {
     let half = before.len() / 2;
     assert!(after[..half] != before[..half] && after[half..] == before[half..]);
     // With other springs it goes on from where it is.
-    app.world_mut().entity_mut(tin).insert(app.world().get::<SoftMaterial>(good).expect("it").clone());
+    let held = app.world().get::<SoftMaterial>(good).expect("it").clone();
+    app.world_mut().entity_mut(tin).insert(held);
     run(&mut app, 5);
     assert_eq!(running(&mut app).simulation().frame(), frame + 10);
     assert!(positions(&mut app)[half..] != after[half..]);

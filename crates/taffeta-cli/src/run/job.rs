@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use taffeta::scene::{Body, Scene};
-use taffeta::{Simulation, StepError};
+use taffeta::{OnDivergence, Simulation, StepError};
 use taffeta_io::Checkpoint;
 use taffeta_io::program::{Failure, complain};
 
@@ -170,7 +170,9 @@ impl<'a> Job<'a> {
 
     /// One frame, unless the user wants to stop while it takes long: then the state is that before it. The frame's time [ms].
     fn step(&mut self, stop: &Arc<AtomicBool>) -> Result<f64, Ending> {
-        let is_long = self.last >= SHORT && self.simulation.backend() == "cpu";
+        // A frame in which a body diverges is run again as often as it takes.
+        let may_be_long = self.last >= SHORT || self.plan.on_divergence == OnDivergence::Freeze;
+        let is_long = may_be_long && self.simulation.backend() == "cpu";
         let before = is_long.then(|| self.simulation.snapshot());
         let start = Instant::now();
         let Some(before) = before else {

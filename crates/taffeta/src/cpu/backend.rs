@@ -156,7 +156,9 @@ impl<T: Real> CpuBackend<T> {
         let in_vain = InVain::of(&self.assembly, parts, !self.input.moves.is_empty());
         let substeps = plan::frame(&self.assembly, start, (parts, in_vain), self.parameters);
         self.run(&substeps);
-        if self.taken > in_vain.taken && parts == self.assembly.time.most_parts() {
+        let is_last = parts == self.assembly.time.most_parts();
+        let was_in_vain = self.taken > in_vain.taken() || self.features.iter().any(|one| one.is_in_vain());
+        if is_last && was_in_vain {
             self.blown_up = self.blown_up.max(self.taken);
         }
         (self.sums.parts, self.sums.blown_up) = (parts, self.blown_up);

@@ -257,7 +257,7 @@ impl GpuBackend {
                 self.rescale(before as f32 / self.refinement.parts as f32)?;
             }
             if !is_repeated {
-                if start.is_some() && taken > in_vain.taken {
+                if start.is_some() && taken > in_vain.taken() {
                     self.blown_up = self.blown_up.max(taken);
                 }
                 return Ok(());
@@ -428,6 +428,10 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
+        if self.blown_up > 0.0 {
+            // Nobody is to see what comes of it.
+            return Ok(());
+        }
         Ok(self.run(Some(start), &input)?)
     }
 

@@ -102,6 +102,7 @@ impl Track {
     /// Where the program has brought it at time `t` [s]; `None` where it follows the scene.
     pub fn brought(&self, t: f64) -> Option<&Keyframe> {
         self.of_scene.as_ref()?;
+        let t = self.stays_from.map_or(t, |from| t.min(from));
         if self.is_wished(t) { self.keys.first() } else { self.keys.last() }
     }
 

@@ -53,26 +53,38 @@ impl Refinement {
 #[derive(Clone, Copy, Debug)]
 pub struct InVain {
     /// What must not be taken of a node's way in a sub-step, relative to an edge.
-    pub taken: f64,
-    /// Whether pins move, by the scene or by the program. They go on for as long as it takes, and one that was held back pulls what is in
-    /// its way with the velocity that makes up for it: so no blow-up can be told from that.
+    most: f64,
+    /// Whether the frame is repeated in more parts if more is taken.
+    is_repeated: bool,
+    /// Whether pins move, by the scene or by the program.
     pub pins_move: bool,
 }
 
+/// Ways of free nodes that go on only where a scene blows up, relative to that of a pin that pulls them.
+const PULLED: f64 = 4.0;
+
 impl InVain {
     /// Every frame goes to its end.
-    pub const NEVER: Self = Self { taken: f64::INFINITY, pins_move: true };
+    pub const NEVER: Self = Self { most: f64::INFINITY, is_repeated: false, pins_move: false };
 
     /// In a frame of which the scene's sub-steps are cut into `parts`.
     pub fn of(assembly: &Assembly, parts: u32, program_moves_pins: bool) -> Self {
         let time = &assembly.time;
-        let pins_move = program_moves_pins || !assembly.moving_pins().is_empty();
-        let taken = match (parts < time.most_parts(), pins_move) {
-            (true, _) => TOO_MUCH,
-            (false, true) => f64::INFINITY,
-            (false, false) => BLOWN_UP * time.longest_step() / f64::from(parts),
-        };
-        Self { taken, pins_move }
+        let is_repeated = parts < time.most_parts();
+        let most = if is_repeated { TOO_MUCH } else { BLOWN_UP * time.longest_step() / f64::from(parts) };
+        Self { most, is_repeated, pins_move: program_moves_pins || !assembly.moving_pins().is_empty() }
+    }
+
+    /// What must not be taken of a node's way in a sub-step, relative to an edge. A pin that was held back pulls what is in its way with the
+    /// velocity that makes up for it: so where pins move, what is taken tells no blow-up.
+    pub fn taken(&self) -> f64 {
+        if self.pins_move && !self.is_repeated { f64::INFINITY } else { self.most }
+    }
+
+    /// How much farther than it can come a node may want to go in a sub-step [m], where an edge has that length and a pin goes as far
+    /// as `pin` at most.
+    pub fn farther(&self, edge: f64, pin: f64) -> f64 {
+        self.most * edge + if self.is_repeated { 0.0 } else { PULLED * pin }
     }
 }
 

@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 
 impl Simulation {
     /// Submits frames without waiting for their reports. On a GPU nothing waits, and nothing is read back, except where a frame may be
-    /// repeated: with contact between triangles, and in implicit steps of many iterations.
+    /// repeated: with contact between triangles, and in implicit steps of many iterations; and that [`OnDivergence::Freeze`] keeps what
+    /// solvers remember, once after each poll.
     ///
     /// # Errors
     /// A GPU may be lost. After [`StepError::Stopped`] or [`StepError::Diverged`] no frame runs before [`Self::restore`]: the error
@@ -80,10 +81,11 @@ impl Simulation {
             if let Some(what) = self.judge(frame, driven)? {
                 let suspects = self.suspects();
                 let why = self.diverged([self.report.frame + 1, frame], what, &suspects);
-                self.backend.return_to_good().map_err(|Lost(why)| StepError::Lost { frame, why })?;
+                let now = self.given(0);
+                self.return_to_good().map_err(|Lost(why)| StepError::Lost { frame, why })?;
                 match self.on_divergence {
                     OnDivergence::Stop => return Err(self.halt(why.into())),
-                    OnDivergence::Freeze => self.go_on_without(suspects, why)?,
+                    OnDivergence::Freeze => self.go_on_without(&now, suspects, why)?,
                 }
             }
         }

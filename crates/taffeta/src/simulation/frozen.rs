@@ -1,7 +1,7 @@
 //! One body's failure is that body's alone: bodies that diverge are frozen, and the others go on.
 
 use super::errors::Diverged;
-use crate::backend::{FrameInput, SolverState};
+use crate::backend::{FrameInput, Lost, SolverState};
 use crate::motion::keyframes::Track;
 use crate::motion::moving::MovingPins;
 use crate::report::FrameReport;
@@ -57,7 +57,7 @@ pub struct Frozen {
 }
 
 /// What a program has set, and what it asks for in the frame to come.
-struct Given {
+pub(super) struct Given {
     /// Number of frames that run with it; all but the first have no input.
     frames: u32,
     input: FrameInput,
@@ -65,13 +65,14 @@ struct Given {
     colliders: Vec<Track>,
     pins: Vec<Track>,
     pinned: BTreeSet<u32>,
+    /// Nodes that came to where they were moved, and stop there.
+    moved: Vec<u32>,
 }
 
 /// What the frames since the last good one started from, and what they were given.
 #[derive(Default)]
 pub(super) struct Kept {
     solvers: SolverState,
-    moved: Vec<u32>,
     frames: Vec<Given>,
 }
 
@@ -110,10 +111,9 @@ impl Simulation {
 
     /// Keeps what frames to come are given, and what the first since the last good one starts from.
     pub(super) fn keep_given(&mut self, frames: u32) {
-        if self.on_divergence == OnDivergence::Freeze {
+        if self.on_divergence == OnDivergence::Freeze && frames > 0 {
             if self.kept.frames.is_empty() {
                 self.kept.solvers = self.backend.solver_state();
-                self.kept.moved.clone_from(&self.moved);
             }
             let given = self.given(frames);
             self.kept.frames.push(given);
@@ -127,7 +127,7 @@ impl Simulation {
     }
 
     /// What the program has set by now.
-    fn given(&self, frames: u32) -> Given {
+    pub(super) fn given(&self, frames: u32) -> Given {
         let assembly = self.backend.assembly();
         Given {
             frames,
@@ -136,12 +136,15 @@ impl Simulation {
             colliders: assembly.colliders().iter().map(|one| one.track().clone()).collect(),
             pins: assembly.tracks().to_vec(),
             pinned: self.pinned.clone(),
+            moved: self.moved.clone(),
         }
     }
 
-    /// Sets what the program had set then; what it wants of bodies that are frozen now is left out.
-    fn give(&mut self, given: &Given) {
-        let Given { input, world, colliders, pins, pinned, .. } = given;
+    /// Sets what the program had set then; what it wants of bodies that are frozen now is left out, but that their pins go as the first of
+    /// the frames had them go.
+    fn give(&mut self, given: &Given, first: &Given) {
+        let Given { input, world, colliders, pins, pinned, moved, .. } = given;
+        let frozen: Vec<usize> = self.frozen.iter().map(|one| one.body as usize).collect();
         self.backend.alter(&mut |assembly| {
             assembly.world = world.clone();
             assembly
@@ -150,7 +153,10 @@ impl Simulation {
                 .zip(colliders)
                 .for_each(|(to, from)| to.track_mut().clone_from(from));
             if !pins.is_empty() {
-                assembly.moving_mut().tracks.clone_from_slice(pins);
+                let MovingPins { tracks, track_of_pin, .. } = assembly.moving_mut();
+                tracks.clone_from_slice(pins);
+                let still = track_of_pin.iter().filter(|((body, _), _)| frozen.contains(body));
+                still.for_each(|(_, &track)| tracks[track].clone_from(&first.pins[track]));
             }
         });
         self.pin_exactly(pinned);
@@ -162,6 +168,11 @@ impl Simulation {
         self.input = input.clone();
         self.input.moves.retain(|&(node, ..)| is_free(node));
         self.input.forces.retain(|&(node, _)| is_free(node));
+        self.moved = moved.iter().copied().filter(|&node| is_free(node)).collect();
+        // Where they go from may have been a place of the frames that failed.
+        for (node, from, _) in &mut self.input.moves {
+            *from = self.backend.position(*node as usize);
+        }
     }
 
     /// Pins those nodes that would be free, and no others.
@@ -226,36 +237,62 @@ impl Simulation {
         suspects
     }
 
+    /// Returns to the last good state, with the nodes pinned that were.
+    pub(super) fn return_to_good(&mut self) -> Result<(), Lost> {
+        if let Some(first) = self.kept.frames.first() {
+            let pinned = first.pinned.clone();
+            self.pin_exactly(&pinned);
+        }
+        self.backend.return_to_good()
+    }
+
     /// Runs the frames since the last good state, which is that of now, again, with those bodies frozen that make them fail: as few of
-    /// the `suspects` as trying finds, the first ones before others.
+    /// the `suspects` as trying finds, the first ones before others. After them all is set as it is `now`.
     pub(super) fn go_on_without(
         &mut self,
+        now: &Given,
         mut suspects: Vec<Suspect>,
         why: Diverged,
     ) -> Result<(), StepError> {
-        let is_free = |node| self.backend.is_free(node);
-        let can_move = |one: &Suspect| self.backend.assembly().bodies[one.body].solver_range().any(is_free);
-        suspects.retain(can_move);
+        suspects.retain(|one| self.could_move(one.body));
         let places = 0..self.backend.assembly().places;
         let state = places.map(|node| [self.backend.position(node), self.backend.velocity(node)]).collect();
-        let (kept, now) = (std::mem::take(&mut self.kept), self.given(0));
+        let kept = std::mem::take(&mut self.kept);
         let (report, held, frozen) = (self.report.clone(), self.held.clone(), self.frozen.clone());
         let again = Again { state, kept, report, held, frozen, why };
-        let found = culprits(suspects.len(), MOST_TRIES, |which| {
+        let mut try_without = |which: &[usize]| {
             let which: Vec<Suspect> = which.iter().map(|&one| suspects[one]).collect();
             self.run_again(&again, &which)
-        });
+        };
+        // Looked at one by one, frames that were looked at together may be good.
+        let were_several = again.kept.frames.iter().map(|given| given.frames).sum::<u32>() > 1;
+        let found = match if were_several { try_without(&[]) } else { Ok(false) } {
+            Ok(true) => Ok(Some(Vec::new())),
+            Ok(false) => culprits(suspects.len(), MOST_TRIES, try_without),
+            Err(error) => Err(error),
+        };
         if !matches!(found, Ok(Some(_))) {
             self.frozen.clone_from(&again.frozen);
             self.return_to(&again);
         }
-        self.give(&now);
+        self.give(now, &again.kept.frames[0]);
         match found {
             Ok(Some(_)) => Ok(()),
             Ok(None) => Err(self.halt(again.why.into())),
             Err(error @ StepError::Stopped { .. }) => Err(self.halt(error)),
             Err(error) => Err(error),
         }
+    }
+
+    /// Whether a body had a node that was free in any of the frames since the last good one, and is not frozen.
+    fn could_move(&self, number: usize) -> bool {
+        let body = &self.backend.assembly().bodies[number];
+        let was_free = |node: usize| {
+            let number = node as u32;
+            (self.backend.is_free(node) || self.pinned.contains(&number))
+                && self.kept.frames.iter().any(|given| !given.pinned.contains(&number))
+        };
+        !self.is_frozen(number) && body.solver_range().any(was_free)
     }
 
     /// Puts the state back that frames are run again from.
@@ -265,7 +302,6 @@ impl Simulation {
             self.backend.set(node, x, v);
         }
         self.backend.set_solver_state(&again.kept.solvers);
-        self.moved.clone_from(&again.kept.moved);
         self.report.clone_from(&again.report);
         self.held.clone_from(&again.held);
         self.backend.mark_good();
@@ -283,7 +319,7 @@ impl Simulation {
         let frozen: Vec<Frozen> = suspects.iter().map(frozen).collect();
         self.frozen.extend(frozen);
         for given in &again.kept.frames {
-            self.give(given);
+            self.give(given, &again.kept.frames[0]);
             for _ in 0..given.frames {
                 let frame = self.report.frame;
                 let driven = self.start_frame(frame)?;
@@ -323,6 +359,9 @@ fn culprits<E>(
         while enough - few > 1 && tries.get() < most_tries {
             let middle = few.midpoint(enough);
             *(if is_good(middle)? { &mut enough } else { &mut few }) = middle;
+        }
+        if enough == 0 {
+            return Ok(Some(found));
         }
         if enough - few > 1 {
             found.extend(left.drain(..enough));
@@ -365,6 +404,7 @@ mod tests {
         assert!(search(1000, &[777], 32).1 < 24);
         assert_eq!(search(3, &[7], 32).0, None);
         assert_eq!(search(0, &[7], 32).0, None);
+        assert_eq!(search(0, &[], 32).0, Some(Vec::new()));
     }
 
     #[test]

@@ -51,6 +51,15 @@ fn pin_all(simulation: &mut Simulation, body: &str) {
     }
 }
 
+/// Pins all vertices of the third sheet but that of its pin.
+fn pin_others(simulation: &mut Simulation) {
+    let handle = simulation.body("sheet 2").unwrap();
+    let places = positions(simulation);
+    for vertex in 1..42 {
+        simulation.pin_vertex(handle, vertex, places[84 + vertex]).unwrap();
+    }
+}
+
 /// Throws sheets in one frame and runs some more, by a simulation that freezes them; in another they are pinned beforehand instead.
 fn frozen_is_as_pinned(scene: &Scene, [freezes, stops]: [&Options; 2], thrown: &[&str]) {
     let [mut simulation, mut pinned] = [freezes, stops].map(|on| Simulation::new(scene, on).unwrap());
@@ -203,12 +212,13 @@ fn a_snapshot_has_what_is_frozen() {
 
 #[test]
 fn frames_submitted_together_run_again_with_what_each_was_given() {
-    let scene = sheets(true).collider(Collider::sphere([0.1, 0.2, 0.1], 0.05).named("ball"));
+    let mut scene = sheets(true).collider(Collider::sphere([0.1, 0.2, 0.1], 0.05).named("ball"));
+    scene.bodies[2] = scene.bodies[2].clone().pin_moving(Select::nodes([0]), vec![Keyframe::default()]);
     let [freeze, stop] = [OnDivergence::Freeze, OnDivergence::Stop].map(|on| options(on, Precision::F64, 1));
-    let [mut simulation, mut pinned] = [freeze, stop].map(|on| Simulation::new(&scene, &on).unwrap());
-    pin_all(&mut pinned, "sheet 2");
+    let [mut simulation, mut pinned] = [&freeze, &stop].map(|on| Simulation::new(&scene, on).unwrap());
+    pin_others(&mut pinned);
     throw(&mut simulation, "sheet 2");
-    for one in [&mut simulation, &mut pinned] {
+    for (one, is_pinned) in [(&mut simulation, false), (&mut pinned, true)] {
         let ball = one.collider("ball").unwrap();
         let free = one.body("sheet 0").unwrap();
         for frame in 0..6 {
@@ -217,18 +227,67 @@ fn frames_submitted_together_run_again_with_what_each_was_given() {
                 Pose { translate: [0.0, -0.02 * f64::from(frame), 0.0], ..Pose::default() },
             )
             .unwrap();
-            if frame == 3 {
+            if !is_pinned {
+                // It goes on with its hand until it is seen that it has failed.
+                let pin = one.pin(one.body("sheet 2").unwrap(), 0).unwrap();
+                let away = [0.01 * f64::from(frame), 0.0, 0.0];
+                one.move_pin(pin, Pose { translate: away, ..Pose::default() }).unwrap();
+            }
+            if frame == 2 {
                 one.pin_vertex(free, 20, [0.1, 0.1, 0.1]).unwrap();
+            }
+            if frame == 3 {
+                // Thrown, with the velocity that it was moved with.
+                one.unpin_vertex(free, 20).unwrap();
+            }
+            if frame == 4 {
+                one.pin_vertex(free, 30, [0.1, 0.1, 0.1]).unwrap();
             }
             one.submit(1).unwrap();
         }
-        one.unpin_vertex(free, 20).unwrap();
+        one.unpin_vertex(free, 30).unwrap();
         one.move_collider(ball, Pose::default()).unwrap();
         one.poll().unwrap();
         one.advance(2).unwrap();
     }
     assert_eq!(simulation.frozen().len(), 1);
     assert_eq!(simulation.state_hash(), pinned.state_hash());
+    // And from a snapshot, with the pin where it stopped.
+    let snapshot = simulation.snapshot();
+    let mut other = Simulation::new(&scene, &freeze).unwrap();
+    other.restore(&snapshot).unwrap();
+    for one in [&mut simulation, &mut other] {
+        one.advance(2).unwrap();
+    }
+    assert_eq!(simulation.state_hash(), other.state_hash());
+}
+
+#[test]
+fn frames_that_are_good_one_by_one_are_good_together() {
+    // What a hand pulls apart gains more than four times its energy in some frames, but not in one.
+    let pull = |simulation: &mut Simulation, ways: &[f64], one_by_one: bool| {
+        let held = simulation.body("sheet 3").unwrap();
+        for far in ways {
+            simulation.pin_vertex(held, 41, [0.15 + far, 0.06, 0.125]).unwrap();
+            simulation.submit(1).unwrap();
+            if one_by_one {
+                simulation.poll().unwrap();
+            }
+        }
+        simulation.poll().map(drop)
+    };
+    let [freeze, stop] = [OnDivergence::Freeze, OnDivergence::Stop].map(|on| options(on, Precision::F64, 1));
+    let [mut frozen, mut single, mut stopped] =
+        [&freeze, &stop, &stop].map(|on| Simulation::new(&sheets(false), on).unwrap());
+    for one in [&mut frozen, &mut single, &mut stopped] {
+        pin_all(one, "sheet 3");
+        pull(one, &[0.5, 0.9], true).unwrap();
+    }
+    let ways = [1.5, 2.5, 4.2, 7.0];
+    pull(&mut stopped, &ways, false).unwrap_err();
+    pull(&mut single, &ways, true).unwrap();
+    pull(&mut frozen, &ways, false).unwrap();
+    assert_eq!((frozen.frozen().len(), frozen.state_hash()), (0, single.state_hash()));
 }
 
 #[test]

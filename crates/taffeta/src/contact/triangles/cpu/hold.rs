@@ -9,8 +9,6 @@ use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, reach};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
-use crate::plan::Substep;
-use crate::plan::refinement::InVain;
 use crate::real::{Real, add, dot, scale, sub};
 use crate::step::FILTERS;
 use crate::topology::LANES;
@@ -41,7 +39,7 @@ impl<T: Real> TriangleContact<T> {
             // What the last round of the last sub-step has taken of ways counts.
             let [most, last] = &mut scratch.taken;
             *most = most.max(std::mem::take(last));
-            if self.by_edge(*most) > worker.substep.in_vain.taken {
+            if self.by_edge(*most) > worker.substep.in_vain.taken() {
                 // The others see it at the end of the sub-step.
                 self.is_in_vain.store(true, Ordering::Relaxed);
             }
@@ -52,10 +50,11 @@ impl<T: Real> TriangleContact<T> {
             self.target()
         };
         let motion = self.measure_motion(worker, ends);
-        if is_first && self.is_too_far(worker.substep, motion.most) {
+        if is_first && self.is_too_far(worker, motion.most) {
             self.is_in_vain.store(true, Ordering::Relaxed);
             let scratch = self.scratch(worker);
-            scratch.taken[0] = scratch.taken[0].max((motion.most - FILTERS as f64 * cap).powi(2));
+            // A little more, so that no rounding makes it less than too much.
+            scratch.taken[0] = scratch.taken[0].max(1.001 * (motion.most - FILTERS as f64 * cap).powi(2));
             scratch.stage = FilterRound::Over;
             worker.mark_moved(|_| false);
             return Flow::Done;
@@ -82,10 +81,17 @@ impl<T: Real> TriangleContact<T> {
         Flow::Go
     }
 
-    /// Whether the rounds cannot bring a node so far [m] that little enough is left of its way. How far pins go tells nothing.
-    fn is_too_far(&self, substep: &Substep<T>, way: f64) -> bool {
-        let InVain { taken, pins_move } = substep.in_vain;
-        !pins_move && way > FILTERS as f64 * self.surfaces.longest_way() + taken * self.surfaces.mean_edge
+    /// Whether the rounds cannot bring a free node so far that little enough is left of its way, where no node goes farther than `most`
+    /// [m]. All workers call it.
+    fn is_too_far(&self, worker: &Worker<'_, T>, most: f64) -> bool {
+        let (in_vain, edge) = (worker.substep.in_vain, self.surfaces.mean_edge);
+        let reach = FILTERS as f64 * self.surfaces.longest_way();
+        let is_beyond = |way: f64, pin: f64| way > reach + in_vain.farther(edge, pin);
+        if !in_vain.pins_move || !is_beyond(most, 0.0) {
+            return is_beyond(most, 0.0);
+        }
+        let [free, pinned] = self.measure_ways(worker);
+        is_beyond(free, pinned)
     }
 
     /// Limits the ways of the nodes of all pairs that come near each other, if all nodes go all their way.

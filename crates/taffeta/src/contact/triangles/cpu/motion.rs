@@ -122,6 +122,23 @@ impl<T: Real> TriangleContact<T> {
         self.join(worker, own)
     }
 
+    /// The longest ways of free nodes and of those that are held [m]. All workers call it, with the motion measured.
+    pub(super) fn measure_ways(&self, worker: &Worker<'_, T>) -> [f64; 2] {
+        let mut most = [T::ZERO; 2];
+        self.each_run(worker, |run| {
+            for place in run {
+                let way = sub(self.get(&self.after, place), self.get(&self.before, place));
+                let which = usize::from(worker.nodes.inverse_mass[place] == T::ZERO);
+                most[which] = most[which].max(dot(way, way));
+            }
+        });
+        let [free, pinned] = most.map(|squared| bound_of(squared.to_f64()));
+        // Others may still read the motion that was measured before.
+        worker.synchronise();
+        let all = self.join(worker, Motion { most: free, change: pinned, ..Motion::default() });
+        [all.most, all.change]
+    }
+
     /// The motion of all workers. All call it, and again only after a barrier.
     pub(super) fn join(&self, worker: &Worker<'_, T>, own: Motion) -> Motion {
         // SAFETY: its own; all read after the barrier, and write again after another one.
