@@ -108,8 +108,8 @@ fn a_shared_body_that_diverges_is_told_of_with_the_next_report() {
     let mut said = Vec::new();
     for _ in 0..33 {
         app.update();
-        let messages = app.world().resource::<Messages<Diverged>>();
-        said.extend(messages.iter_current_update_messages().map(|one| one.error.to_string()));
+        let messages = app.world().resource::<Messages<Frozen>>();
+        said.extend(messages.iter_current_update_messages().map(|one| one.why.to_string()));
     }
     assert_eq!(said.len(), 1);
     assert!(said[0].starts_with("by frame 16 (frame 0 was good): "), "{}", said[0]);

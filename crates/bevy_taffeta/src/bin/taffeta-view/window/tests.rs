@@ -23,7 +23,7 @@ use bevy_taffeta::taffeta::scene::{
 };
 use bevy_taffeta::taffeta::{Options, Simulation};
 use bevy_taffeta::taffeta_io::load_scene;
-use bevy_taffeta::{FromScene, Running};
+use bevy_taffeta::{FromScene, OnDivergence, Running};
 use std::time::Duration;
 
 /// A sheet of 6 × 7 nodes that hangs in two corners.
@@ -47,7 +47,7 @@ fn viewer(scene: &Scene) -> App {
         scene: scene.clone(),
         camera: extent.camera(1.5, None, None),
         extent,
-        on: default(),
+        on: RunOn { on_divergence: OnDivergence::Stop, ..default() },
         playback: default(),
         target: RenderTarget::default(),
     };
