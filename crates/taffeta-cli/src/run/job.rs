@@ -20,6 +20,8 @@ use taffeta_io::program::{Failure, complain};
 
 /// How long a frame may take [ms] that is not stopped on its way: others need the state before them.
 const SHORT: f64 = 40.0;
+/// A snapshot that takes less than this part of the last frame is taken before each.
+const CHEAP: f64 = 0.02;
 
 /// Part of their thickness to which surfaces are squeezed before they are pressed through each other.
 const THIN: f64 = 0.1;
@@ -37,6 +39,8 @@ pub struct Job<'a> {
     next_look: Option<u32>,
     /// Time of the last frame [ms].
     last: f64,
+    /// Time of the last snapshot before a frame [ms].
+    snapshot_ms: f64,
     /// Frame of the last checkpoint.
     pub saved: Option<u32>,
     /// How many bodies are frozen, as far as that has been said.
@@ -113,8 +117,8 @@ impl<'a> Job<'a> {
         let memory = Watch::new(scene, &simulation);
         let next_look =
             (plan.verify.is_none() && scene.bodies.iter().any(Body::has_surface_contact)).then_some(0);
-        let (last, frozen) = (f64::INFINITY, simulation.frozen().len());
-        Ok(Self { plan, simulation, outputs, tally, memory, next_look, last, saved, frozen })
+        let (last, snapshot_ms, frozen) = (f64::INFINITY, f64::INFINITY, simulation.frozen().len());
+        Ok(Self { plan, simulation, outputs, tally, memory, next_look, last, snapshot_ms, saved, frozen })
     }
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
@@ -172,8 +176,14 @@ impl<'a> Job<'a> {
     fn step(&mut self, stop: &Arc<AtomicBool>) -> Result<f64, Ending> {
         // A frame in which a body diverges is run again as often as it takes.
         let may_be_long = self.last >= SHORT || self.plan.on_divergence == OnDivergence::Freeze;
-        let is_long = may_be_long && self.simulation.backend() == "cpu";
-        let before = is_long.then(|| self.simulation.snapshot());
+        // One that follows short ones may take long, too: it can be given up where the way back costs next to nothing.
+        let is_cheap = self.snapshot_ms < CHEAP * self.last;
+        let start = Instant::now();
+        let before = ((may_be_long || is_cheap) && self.simulation.backend() == "cpu").then(|| {
+            let snapshot = self.simulation.snapshot();
+            self.snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
+            snapshot
+        });
         let start = Instant::now();
         let Some(before) = before else {
             self.simulation.step()?;

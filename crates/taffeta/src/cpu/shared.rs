@@ -127,3 +127,23 @@ impl<S> PerWorker<S> {
         self.0.iter_mut().map(|own| own.0.get_mut())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::team::Team;
+
+    /// Breaks the promise of [`Shared::item`], so that it is seen that `cargo xtask sanitize` sees it.
+    #[test]
+    #[ignore = "a data race, planted for `cargo xtask sanitize` to find"]
+    fn two_workers_write_one_item_at_once() {
+        let shared: Shared<u64> = vec![0].into();
+        Team::new(2).run(|worker, barrier| {
+            for _ in 0..100 {
+                // SAFETY: there is none, and that is what it is for.
+                unsafe { *shared.item(0) += worker as u64 };
+                barrier.wait();
+            }
+        });
+    }
+}
