@@ -85,3 +85,22 @@ fn no_two_folders_import_each_other_by_any_way() {
         .collect();
     assert!(ties.is_empty(), "a circle, or above one:\n{}", ties.join("\n"));
 }
+
+/// Words of `unsafe` in the crates, but for comparisons, twins and tests: that they become no more. Each says why it is sound, which
+/// Clippy sees to.
+const UNSAFE: usize = 303;
+
+#[test]
+fn unsafe_code_does_not_grow() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let count = |path: &PathBuf| {
+        let name = path.to_string_lossy();
+        let counts =
+            name.contains("/src/") && !["parity", "twin", "tests"].iter().any(|word| name.contains(word));
+        let is_part = |c: char| !c.is_alphanumeric() && c != '_';
+        if counts { code(path).split(is_part).filter(|word| *word == "unsafe").count() } else { 0 }
+    };
+    let found: usize = files(&crates).iter().map(count).sum();
+    assert!(found <= UNSAFE, "{found} words of `unsafe`, and {UNSAFE} are allowed");
+    assert!(found + 5 > UNSAFE, "{found} words of `unsafe`: lower the number that is allowed to it");
+}
