@@ -55,17 +55,18 @@ fn parse(words: &[&str]) -> Result<Plan, String> {
     }
 }
 
+/// Builds the program as users have it. Returns where it is.
+pub fn build() -> Result<PathBuf, String> {
+    let status = program::cargo(&["build", "--release", "-p", "taffeta-cli"]).status();
+    if status.is_ok_and(|status| status.success()) {
+        Ok(program::path())
+    } else {
+        Err("the program cannot be built".into())
+    }
+}
+
 fn attack(plan: &Plan) -> Result<(), String> {
-    let program = match &plan.program {
-        Some(program) => program.clone(),
-        None => {
-            let status = program::cargo(&["build", "--release", "-p", "taffeta-cli"]).status();
-            if !status.is_ok_and(|status| status.success()) {
-                return Err("the program cannot be built".into());
-            }
-            program::path()
-        }
-    };
+    let program = plan.program.clone().map_or_else(build, Ok)?;
     let folder = root().join("target/attack");
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let (next, counts, failures) =

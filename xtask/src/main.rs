@@ -6,6 +6,7 @@
 mod apt;
 mod attack;
 mod display;
+mod faults;
 mod fuzz;
 mod gpu;
 mod models;
@@ -21,6 +22,7 @@ const USAGE: &str =
     "usage: cargo xtask test [--core] [--seed SEED] | mutate [--all | --sample N [--seed SEED]] | models
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
+                    | faults [--program FILE]
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
              --core leaves out Bevy and the papers. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
@@ -28,7 +30,8 @@ const USAGE: &str =
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz
   attack     run scenes that are made up at random, 10,000 of them, and look for panics, hangs and numbers that are none
-  sanitize   run tests under ThreadSanitizer and Miri; needs a nightly compiler with rust-src and miri";
+  sanitize   run tests under ThreadSanitizer and Miri; needs a nightly compiler with rust-src and miri
+  faults     have each call for results fail, and lose power, once, and see that runs go on from there; needs strace";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         ["gpu", ref words @ ..] => gpu::run(words),
         ["fuzz", ref words @ ..] => fuzz::run(words),
         ["attack", ref words @ ..] => attack::run(words),
+        ["faults", ref words @ ..] => faults::run(words),
         ["sanitize", ref words @ ..] => sanitize::run(words),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");

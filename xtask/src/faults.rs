@@ -1,0 +1,300 @@
+//! `cargo xtask faults`: has each call that `taffeta run` makes for its results fail, once; and kills it there and takes from its files
+//! what was not on the disk, as a power failure does. From each of them a run must go on to the same results. `strace` does it.
+
+use crate::{attack, root};
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output};
+
+/// A sheet whose solver remembers what it has found, so that all of a run goes on.
+const SCENE: &str = r#"
+title = "faults"
+[time]
+dt = 0.01
+max_step = 0.005
+frames = 6
+[solver]
+method = "ice"
+[[body]]
+name = "sheet"
+node_mass = 0.01
+mesh.grid = { rows = 4, cols = 5, size = [0.4, 0.3] }
+springs = { structural = { k = 1e4, d = 0.05 }, shear = { k = 50.0, d = 0.05 } }
+[[body.pin]]
+select = { nodes = [0, 4] }
+"#;
+const RUN: &str =
+    "run scene.toml --out out --checkpoint-every 2 --format npy,pc2,usda,ply,obj,vtu,glb --threads 1 --quiet";
+/// Calls that have to do with files, and how each of them fails.
+const CALLS: [(&str, &str); 9] = [
+    ("openat", "ENOSPC"),
+    ("write", "ENOSPC"),
+    ("lseek", "EIO"),
+    ("ftruncate", "EIO"),
+    ("fsync", "EIO"),
+    ("rename", "EIO"),
+    ("unlink", "EIO"),
+    ("mkdir", "ENOSPC"),
+    ("flock", "ENOLCK"),
+];
+
+/// Runs it on the built program, or the one that `words` name.
+pub fn run(words: &[&str]) -> ExitCode {
+    let program = match words {
+        [] => attack::build(),
+        ["--program", file] => Ok(PathBuf::from(file)),
+        _ => Err(format!("faults {}: it takes --program FILE or nothing", words.join(" "))),
+    };
+    match program.and_then(|program| try_all(&program)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// What becomes of a call.
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    Fails,
+    PowerFails,
+}
+
+fn try_all(program: &Path) -> Result<(), String> {
+    let desk = Desk { program, folder: root().join("target/faults") };
+    desk.clear()?;
+    desk.trace(&format!("-e trace={}", names()))?;
+    let whole = results(&desk.folder.join("out"))?;
+    let calls = calls(&desk.log()?);
+    println!("xtask: {} calls, each of which fails, and loses power", calls.len());
+    let mut wrong = Vec::new();
+    for (number, (call, when)) in calls.iter().enumerate() {
+        for fault in [Fault::Fails, Fault::PowerFails] {
+            if let Err(what) = desk.try_one(call, *when, fault, &whole) {
+                println!("xtask: {fault:?} at {call} {when} (call {number}): {what}");
+                wrong.push(number);
+            }
+        }
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(format!("{} faults were not withstood", wrong.len())) }
+}
+
+fn names() -> String {
+    CALLS.map(|(name, _)| name).join(",")
+}
+
+/// A folder to run in.
+struct Desk<'a> {
+    program: &'a Path,
+    folder: PathBuf,
+}
+
+impl Desk<'_> {
+    fn clear(&self) -> Result<(), String> {
+        let words = |error: std::io::Error| format!("{}: {error}", self.folder.display());
+        let _ = fs::remove_dir_all(&self.folder);
+        fs::create_dir_all(&self.folder).map_err(words)?;
+        fs::write(self.folder.join("scene.toml"), SCENE).map_err(words)
+    }
+
+    /// Runs the scene, watched.
+    fn trace(&self, how: &str) -> Result<Output, String> {
+        let mut command = Command::new("strace");
+        command.args("-f -y -o log.txt".split(' ')).args(how.split(' ')).arg(self.program);
+        let output = command.args(RUN.split(' ')).current_dir(&self.folder).output();
+        output.map_err(|error| format!("strace: {error}; on Debian `apt-get install strace` has it"))
+    }
+
+    fn log(&self) -> Result<String, String> {
+        let bytes = fs::read(self.folder.join("log.txt")).map_err(|error| format!("the log: {error}"))?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    fn try_one(&self, call: &str, when: usize, fault: Fault, whole: &Results) -> Result<(), String> {
+        self.clear()?;
+        let error = CALLS.iter().find(|(name, _)| *name == call).map_or("EIO", |(_, error)| error);
+        let inject = match fault {
+            Fault::Fails => format!("error={error}"),
+            Fault::PowerFails => "signal=KILL".to_owned(),
+        };
+        let ended = self.trace(&format!("-e trace={} -e inject={call}:{inject}:when={when}", names()))?;
+        let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+        if said.contains("panicked") {
+            return Err(format!("it panics: {said}"));
+        }
+        if let Fault::PowerFails = fault {
+            lose(&self.log()?, &self.folder)?;
+        } else {
+            match ended.status.code() {
+                Some(0) if results(&self.folder.join("out"))? == *whole => return Ok(()),
+                Some(0) => return Err("it says nothing, and the results are others".into()),
+                Some(1 | 2) if said.starts_with("error: ") => {}
+                code => return Err(format!("it ends with {code:?}: {said}")),
+            }
+        }
+        self.go_on()?;
+        let found = results(&self.folder.join("out"))?;
+        let names = |all: &Results| all.keys().cloned().collect::<Vec<_>>().join(" ");
+        if names(&found) != names(whole) {
+            return Err(format!("after it, there are {}", names(&found)));
+        }
+        let odd: Vec<&String> =
+            found.iter().filter(|(name, bytes)| whole[*name] != **bytes).map(|(name, _)| name).collect();
+        if odd.is_empty() { Ok(()) } else { Err(format!("after it, {odd:?} are others")) }
+    }
+
+    /// Goes on from the checkpoint, or starts again where there is none.
+    fn go_on(&self) -> Result<(), String> {
+        let resume = "run scene.toml --resume out/checkpoint.taffeta --quiet";
+        let words = if self.folder.join("out/checkpoint.taffeta").exists() { resume } else { RUN };
+        let output = Command::new(self.program).args(words.split(' ')).current_dir(&self.folder).output();
+        let output = output.map_err(|error| format!("{}: {error}", self.program.display()))?;
+        if output.status.success() {
+            return Ok(());
+        }
+        Err(format!("it does not go on: {}", String::from_utf8_lossy(&output.stderr)))
+    }
+}
+
+type Results = BTreeMap<String, Vec<u8>>;
+
+/// All files of a folder of results, without what tells the time, the checkpoint and the lock.
+fn results(folder: &Path) -> Result<Results, String> {
+    let words = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let mut all = Results::new();
+    for entry in fs::read_dir(folder).map_err(words)? {
+        let path = entry.map_err(words)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() {
+            all.extend(results(&path)?.into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+            continue;
+        }
+        let bytes = fs::read(&path).map_err(words)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let kept = match name.as_str() {
+            // What is left of the lock blocks nobody.
+            "checkpoint.taffeta" | "lock.part" => continue,
+            "frames.csv" => text
+                .lines()
+                .filter_map(|line| Some(line.rsplit_once(',')?.0.to_owned() + "\n"))
+                .collect::<String>()
+                .into_bytes(),
+            "summary.json" => {
+                let is_time = |line: &&str| line.contains("wall_ms") || line.contains("substeps_per_s");
+                text.lines().filter(|line| !is_time(line)).collect::<String>().into_bytes()
+            }
+            _ => bytes,
+        };
+        all.insert(name, kept);
+    }
+    Ok(all)
+}
+
+/// The calls of a log that are about the folder of results, each with its number among those of its name.
+fn calls(log: &str) -> Vec<(String, usize)> {
+    let first = log.split_whitespace().next().unwrap_or_default();
+    let (mut counts, mut found) = (HashMap::new(), Vec::new());
+    // Each thread counts its own.
+    for line in log.lines().filter_map(|line| line.strip_prefix(first)) {
+        let Some((name, rest)) = line.trim_start().split_once('(') else { continue };
+        let count = counts.entry(name.to_owned()).or_insert(0);
+        *count += 1;
+        if (rest.contains("/out/") || rest.contains("\"out")) && CALLS.iter().any(|(call, _)| *call == name) {
+            found.push((name.to_owned(), *count));
+        }
+    }
+    found
+}
+
+/// Cuts the files of a folder to what a log says was on the disk.
+fn lose(log: &str, folder: &Path) -> Result<(), String> {
+    // Bytes written, where the next goes, and bytes on the disk.
+    let mut files: HashMap<String, [u64; 3]> = HashMap::new();
+    for line in log.lines() {
+        let Some((_, line)) = line.split_once(' ') else { continue };
+        let Some((name, rest)) = line.trim_start().split_once('(') else { continue };
+        let Some(result) = rest
+            .rsplit_once(" = ")
+            .and_then(|(_, result)| result.split([' ', '<']).next()?.parse::<u64>().ok())
+        else {
+            continue;
+        };
+        if name == "rename" {
+            let mut names = rest.split('"').skip(1).step_by(2).map(|name| folder_of(folder, name));
+            if let (Some(from), Some(to)) = (names.next(), names.next())
+                && let Some(file) = files.remove(&from)
+            {
+                files.insert(to, file);
+            }
+            continue;
+        }
+        let path = if name == "openat" { rest.rsplit_once('<') } else { rest.split_once('<') };
+        let Some(path) = path.and_then(|(_, path)| path.split_once('>')).map(|(path, _)| path.to_owned())
+        else {
+            continue;
+        };
+        if !path.contains("/out/") {
+            continue;
+        }
+        let file = files.entry(path).or_default();
+        match name {
+            "openat" => file[1] = 0,
+            "write" => {
+                file[1] += result;
+                file[0] = file[0].max(file[1]);
+            }
+            "lseek" => file[1] = result,
+            "ftruncate" => {
+                let length =
+                    rest.split(", ").nth(1).and_then(|length| length.split(')').next()?.parse().ok());
+                file[0] = length.unwrap_or(file[0]);
+            }
+            "fsync" => file[2] = file[0],
+            _ => {}
+        }
+    }
+    for (path, [written, _, kept]) in files {
+        if kept < written && Path::new(&path).is_file() {
+            let cut = fs::File::options().write(true).open(&path).and_then(|file| file.set_len(kept));
+            cut.map_err(|error| format!("{path}: {error}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// The full path of a name in the log.
+fn folder_of(folder: &Path, name: &str) -> String {
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    folder.join(name).to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOG: &str = "7 openat(AT_FDCWD</d>, \"lib.so\", O_RDONLY) = 3</lib.so>\n\
+         7 openat(AT_FDCWD</d>, \"out/a.part\", O_RDWR) = 4</d/out/a.part>\n\
+         7 write(4</d/out/a.part>, \"abc\", 3) = 3\n7 fsync(4</d/out/a.part>) = 0\n\
+         7 write(4</d/out/a.part>, \"de\", 2) = 2\n8 write(9</d/out/b>, \"x\", 1) = 1\n";
+
+    #[test]
+    fn calls_are_counted_by_name_and_those_for_results_are_taken() {
+        let named = |name: &str, when| (name.to_owned(), when);
+        let expected = [named("openat", 2), named("write", 1), named("fsync", 1), named("write", 2)];
+        assert_eq!(calls(LOG), expected);
+    }
+
+    #[test]
+    fn what_was_not_synced_is_lost() {
+        let folder = std::env::temp_dir().join(format!("taffeta-faults-{}", std::process::id()));
+        fs::create_dir_all(folder.join("out")).unwrap();
+        let file = folder.join("out/a.part");
+        fs::write(&file, "abcde").unwrap();
+        let here = folder.canonicalize().unwrap();
+        lose(&LOG.replace("/d/out", &format!("{}/out", here.display())), &folder).unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"abc");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
