@@ -60,8 +60,9 @@ pub struct InVain {
     pub pins_move: bool,
 }
 
-/// Ways of free nodes that go on only where a scene blows up, relative to that of a pin that pulls them.
-const PULLED: f64 = 4.0;
+/// Ways of free nodes that go on only where a scene blows up, relative to that of a pin that pulls them. Impulses between layers that a pin
+/// drags through what jams it have made five to ten times its way of it.
+const PULLED: f64 = 100.0;
 
 impl InVain {
     /// Every frame goes to its end.
