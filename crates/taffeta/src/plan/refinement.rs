@@ -60,9 +60,9 @@ pub struct InVain {
     pub pins_move: bool,
 }
 
-/// Ways of free nodes that go on only where a scene blows up, relative to that of a pin that pulls them. Impulses between layers that a pin
-/// drags through what jams it have made five to ten times its way of it.
-const PULLED: f64 = 100.0;
+/// How much farther than they can come nodes want to go in a sub-step only where a scene blows up, though pins move: so many edges, and so
+/// many times the way of a pin. Impulses between layers that a pin drags through what jams it have flung nodes by a thousand edges.
+const FLUNG: [f64; 2] = [1e5, 100.0];
 
 impl InVain {
     /// Every frame goes to its end.
@@ -85,7 +85,8 @@ impl InVain {
     /// How much farther than it can come a node may want to go in a sub-step [m], where an edge has that length and a pin goes as far
     /// as `pin` at most.
     pub fn farther(&self, edge: f64, pin: f64) -> f64 {
-        self.most * edge + if self.is_repeated { 0.0 } else { PULLED * pin }
+        let [edges, pins] = if self.pins_move && !self.is_repeated { FLUNG } else { [0.0; 2] };
+        (self.most + edges) * edge + pins * pin
     }
 }
 
