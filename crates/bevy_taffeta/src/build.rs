@@ -8,7 +8,7 @@ use crate::drawn::{BodyMesh, all_places, drawn_of, mesh_of, view_into, viewed};
 use crate::pose::{Rigid, place_in_world};
 use crate::running::{Carried, Running, RunningBody, RunningCollider};
 use crate::scene::FromScene;
-use crate::step::{Refused, Told};
+use crate::step::{DivergenceMessages, Refused};
 use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
 use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
@@ -92,7 +92,7 @@ pub fn build(
     entities: Entities,
     mut building: Building,
     mut refused: MessageWriter<Refused>,
-    mut told: Told,
+    mut messages: DivergenceMessages,
 ) {
     let all = worlds.iter().map(|world| world.entity).collect();
     let mut members = entities.members(&all, &mut building.arrivals);
@@ -108,7 +108,7 @@ pub fn build(
                 // What was submitted and has diverged is not to be gone on from.
                 let polled = running.simulation.poll().map(drop);
                 running.unreported = 0;
-                told.of(world.entity, running, polled);
+                messages.write(world.entity, running, polled);
             }
             let plan = Plan { world: &world, members: &members, entities: &entities };
             let clock = Instant::now();

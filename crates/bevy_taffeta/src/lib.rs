@@ -30,7 +30,7 @@
 //! [`Running`] starts a world again.
 //!
 //! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.
-//! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is told by the messages [`Frozen`], [`Diverged`]
+//! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is said by the messages [`Frozen`], [`Diverged`]
 //! and [`Refused`], in the engine's words; what they advise is data, and the log names the component to change.
 
 mod advice;

@@ -43,7 +43,7 @@ pub struct Running {
     pub(crate) share: f32,
     /// Frames since the last report.
     pub(crate) unreported: u32,
-    /// Bodies that are frozen, as far as that has been told, and since which frame.
+    /// Frozen bodies of which a message was written, and since which frame.
     pub(crate) frozen: Vec<(u32, u32)>,
     /// Whether it cannot go on.
     pub(crate) halted: bool,

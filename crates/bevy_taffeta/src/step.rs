@@ -1,4 +1,4 @@
-//! Time goes by: colliders and pins are moved, steps are taken, and what goes wrong is told.
+//! Time goes by: colliders and pins are moved, steps are taken, and what goes wrong is said.
 
 use crate::advice::hint;
 use crate::pose::Rigid;
@@ -95,7 +95,7 @@ pub fn step(
     time: Res<Time>,
     mut worlds: Query<(Entity, &mut Playback, &RunOn, &mut Running)>,
     transforms: Query<&GlobalTransform>,
-    mut told: Told,
+    mut messages: DivergenceMessages,
 ) {
     for (world, mut playback, on, mut running) in &mut worlds {
         if running.halted {
@@ -103,20 +103,20 @@ pub fn step(
         }
         let frames = running.due(&mut playback, time.delta_secs_f64());
         let taken = running.take(frames, on, &transforms);
-        told.of(world, &mut running, taken);
+        messages.write(world, &mut running, taken);
     }
 }
 
-/// Tells of bodies and worlds that have diverged.
+/// Messages of bodies and worlds that have diverged.
 #[derive(SystemParam)]
-pub struct Told<'w> {
+pub struct DivergenceMessages<'w> {
     diverged: MessageWriter<'w, Diverged>,
     frozen: MessageWriter<'w, Frozen>,
 }
 
-impl Told<'_> {
-    /// What has become of a world in the frames that it has taken.
-    pub fn of(&mut self, world: Entity, running: &mut Running, taken: Result<(), StepError>) {
+impl DivergenceMessages<'_> {
+    /// Writes what has become of a world in the frames that it has taken.
+    pub fn write(&mut self, world: Entity, running: &mut Running, taken: Result<(), StepError>) {
         for (body, why) in running.newly_frozen() {
             warn!("taffeta: {why}{}; it stands still from now on", hint(&why.advice));
             self.frozen.write(Frozen { world, body, why });

@@ -257,9 +257,8 @@ impl GpuBackend {
                 self.rescale(before as f32 / self.refinement.parts as f32)?;
             }
             if !is_repeated {
-                if start.is_some() && taken > in_vain.taken() {
-                    self.blown_up = self.blown_up.max(taken);
-                }
+                let blown_up = start.is_some() && taken > in_vain.taken();
+                self.blown_up = self.blown_up.max(if blown_up { taken } else { 0.0 });
                 return Ok(());
             }
             for (partition, backup) in self.partitions.iter_mut().zip(&mut self.backups) {
@@ -428,11 +427,8 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        if self.blown_up > 0.0 {
-            // Nobody is to see what comes of it.
-            return Ok(());
-        }
-        Ok(self.run(Some(start), &input)?)
+        // Nobody is to see what comes of a blow-up.
+        if self.blown_up == 0.0 { Ok(self.run(Some(start), &input)?) } else { Ok(()) }
     }
 
     fn mark_good(&mut self) {
