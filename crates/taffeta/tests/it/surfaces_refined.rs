@@ -90,3 +90,26 @@ fn stiff_cloth_in_long_steps_lies_on_a_corner_without_being_stretched() {
     // The system knows of contacts also where h² k is many times the mass: what it leaves to impulses stretches cotton by half.
     assert!(most < 1.2 && substeps < 360, "{most} {substeps}");
 }
+
+#[test]
+fn pinned_cloth_is_not_driven_through_pinned_cloth() {
+    let all = || Select::nodes((0..36).collect::<Vec<u32>>());
+    let mut driven = fabric("driven", [6, 6], [0.0; 3]);
+    driven.place = turned([1.0, 0.0, 0.3], 50.0, [0.01, 0.06, 0.0]);
+    let motion = vec![Keyframe::translate(0.3, [0.0, -0.12, 0.0]), Keyframe::translate(0.6, [0.0; 3])];
+    driven.pins.push(Pin { select: all(), motion, ..Pin::default() });
+    let scene = Scene::new("").body(fabric("table", [6, 6], [0.0; 3]).pin(all())).body(driven);
+    let mut simulation = build_as(&implicit(scene, 1.0 / 240.0), Precision::F32, 2);
+    let start = positions(&simulation);
+    let mut lowest = f64::INFINITY;
+    for frame in 1..=38 {
+        simulation.step().unwrap();
+        assert_eq!(simulation.intersections().pairs, 0, "frame {frame}");
+        lowest = positions(&simulation)[36..].iter().fold(lowest, |lowest, x| lowest.min(x[1]));
+    }
+    // Its lower edge hangs beside the table's border or lies on it; its pins bring it back.
+    assert!(lowest > -0.1, "{lowest}");
+    for (x, start) in positions(&simulation).iter().zip(&start) {
+        assert!((0..3).all(|axis| (x[axis] - start[axis]).abs() < 1e-6), "{x:?} {start:?}");
+    }
+}

@@ -173,10 +173,12 @@ fn is_in_ring(one: Candidate, mask: u32) -> bool {
     return (rows & one.bits.y) != 0u;
 }
 
-/// Whether a pair can come into contact: its sides do not hang together, and not all its nodes are held.
+/// Whether a pair can come into contact: its sides do not hang together, and are not a collider and pinned nodes, of which neither
+/// gives way. Pins that lag do, to each other.
 fn may_touch(one: Candidate, has_ring: bool) -> bool {
     let free = (one.bits.x & ~leaf_words[LEAF_HELD]) | (one.bits.y & ~leaf_words[LEAF_WORDS + LEAF_HELD]);
-    return free != 0u && !(has_ring && is_in_ring(one, 0u));
+    let any_collider = max(leaf_words[0], leaf_words[LEAF_WORDS]) >= table(NODE_PLACES);
+    return (free != 0u || !any_collider) && !(has_ring && is_in_ring(one, 0u));
 }
 
 fn four_before(lanes: vec4u) -> array<vec3f, 4> {

@@ -162,7 +162,10 @@ impl Twin {
         let [a, b] = [pair[0] as usize, pair[1] as usize];
         let is_held = |&(leaf, lane): &(usize, usize)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1;
         let all = self.candidates(a, b).into_iter();
-        let may = |one: &Candidate| !self.is_in_ring(one, pair, 0) && !one.lanes.iter().all(is_held);
+        let any_collider =
+            [a, b].iter().any(|&leaf| self.leaf(leaf)[0] as usize >= self.table(layout::NODE_PLACES));
+        let give_way = |one: &Candidate| !any_collider || !one.lanes.iter().all(is_held);
+        let may = |one: &Candidate| !self.is_in_ring(one, pair, 0) && give_way(one);
         all.filter(may)
             .map(|one| {
                 let nodes = one.lanes.map(|lane| self.node(lane));

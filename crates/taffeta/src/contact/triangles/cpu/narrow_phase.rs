@@ -43,12 +43,14 @@ impl Candidate {
         rows & bits(other) != 0
     }
 
-    /// Whether they can hang together, or never give way.
+    /// Whether they can hang together, or are a collider and pinned nodes: neither gives way. Pins that lag do, to each other.
     #[inline]
-    fn is_none(&self, ring: Option<&Ring>, leaves: [&Leaf; 2]) -> bool {
+    fn is_none(&self, ring: Option<&Ring>, leaves: [&Leaf; 2], places: usize) -> bool {
         let [one, other] = self.lanes(leaves);
-        let [one, other] = [bits(one) & !leaves[0].held, bits(other) & !leaves[1].held];
-        one | other == 0 || ring.is_some_and(|ring| self.is_in(&ring.same, leaves))
+        let free = bits(one) & !leaves[0].held | bits(other) & !leaves[1].held;
+        let is_collider = |leaf: &Leaf| leaf.nodes[0] as usize >= places;
+        free == 0 && leaves.into_iter().any(is_collider)
+            || ring.is_some_and(|ring| self.is_in(&ring.same, leaves))
     }
 }
 
@@ -405,7 +407,7 @@ impl<'a, T: Real> Look<'a, T> {
         found.clear();
         close.clear();
         let beyond = level.run(Near { leaves, is_one, packed, reach, found: &mut *found });
-        found.retain(|one| !one.is_none(self.ring, leaves));
+        found.retain(|one| !one.is_none(self.ring, leaves, self.surfaces.places));
         close.extend(found.iter().map(|&candidate| Close {
             nodes: candidate.nodes(leaves),
             thickness: self.thickness,

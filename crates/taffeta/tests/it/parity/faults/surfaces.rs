@@ -104,12 +104,12 @@ pub const FAULTS: &[Fault] = &[
     ),
     (
         "find_surface_contacts",
-        "return free != 0u && !(has_ring && is_in_ring(one, 0u));",
-        "return free != 0u;",
+        "return (free != 0u || !any_collider) && !(has_ring && is_in_ring(one, 0u));",
+        "return free != 0u || !any_collider;",
     ),
     (
         "find_surface_contacts",
-        "return free != 0u && !(has_ring && is_in_ring(one, 0u));",
+        "return (free != 0u || !any_collider) && !(has_ring && is_in_ring(one, 0u));",
         "return !(has_ring && is_in_ring(one, 0u));",
     ),
     ("find_surface_contacts", "if !(has_ring && is_in_ring(one, 8u)) {", "if true {"),
