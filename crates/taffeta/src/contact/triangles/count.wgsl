@@ -38,6 +38,8 @@ const MOST_SINKING: f32 = 0.01;
 const IMPULSES: u32 = 12u;
 /// Rounds of the filter at most.
 const MOST_FILTER_ROUNDS: u32 = 64u;
+/// Nodes slide in the first rounds of a sub-step, of which there are more only for those that go far.
+const SLIDES: u32 = 4u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 const JAMS: u32 = 16u;
 /// After how many rounds of pushes less of each distance is kept, and after how many nodes stop.
@@ -156,12 +158,12 @@ fn count_held() {
     set_counted(PAIRS, 0u);
 }
 
-/// A round of the filter is over: there is another one if nodes have a way left, and get on.
+/// A round of the filter is over: there is another one if nodes get on that have far to go, or slide.
 fn count_filter_round() {
     let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
     let gets_on = !(bitcast<f32>(counted(PROGRESS)) < length_of(SQUARED_PROGRESS));
-    let wanted = counted(IS_ACTIVE) != 0u && is_far && gets_on;
     let next = counted(FILTER_ROUND) + 1u;
+    let wanted = counted(IS_ACTIVE) != 0u && gets_on && (is_far || next < SLIDES);
     let another = wanted && next < table(ROUND_ROOM);
     if wanted && next < MOST_FILTER_ROUNDS {
         need(MOST_ROUNDS, next + 1u, table(ROUND_ROOM), 4u);

@@ -6,6 +6,7 @@
 #import contact/triangles/filter.wgsl
 #import contact/triangles/impulse.wgsl
 #import contact/triangles/leaf_pairs.wgsl
+#import contact/triangles/slide.wgsl
 #import contact/triangles/surfaces.wgsl
 #import contact/triangles/tangle.wgsl
 #import gpu/wgsl/index.wgsl
@@ -36,7 +37,7 @@ fn empty_lists(number: u32, kind: u32) {
     if number < table(NODE_PLACES) {
         set_counted(count_at(number), 0u);
         set_counted(filled_at(number), 0u);
-        set_counted(limit_at(number), bitcast<u32>(1.0));
+        set_counted(limit_at(number), UNLIMITED);
         set_counted(held_at(number), 0u);
     }
     if number < table(LEAF_COUNT) {
@@ -277,7 +278,7 @@ fn limit_nodes(one: Candidate, nodes: vec4u, x: array<vec3f, 4>, thickness: f32,
     let parts = limits_of(start, moves, one.first, apart, thickness, far, together);
     for (var i = 0u; i < 4u; i++) {
         if parts[i] < 1.0 && nodes[i] < table(NODE_PLACES) {
-            atomicMin(&surface_work[limit_at(nodes[i])], bitcast<u32>(parts[i]));
+            atomicMin(&surface_work[limit_at(nodes[i])], limit_word(parts[i], select(-apart, apart, i < one.first)));
         }
     }
 }

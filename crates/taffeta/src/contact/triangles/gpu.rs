@@ -48,6 +48,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "most.wgsl",
         "pull.wgsl",
         "rounds.wgsl",
+        "slide.wgsl",
         "solved.wgsl",
         "surfaces.wgsl",
         "tangle.wgsl"

@@ -1,6 +1,7 @@
 // The filter: how far each node may go.
 
 #import contact/triangles/most.wgsl
+#import contact/triangles/slide.wgsl
 #import contact/triangles/surfaces.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -68,7 +69,7 @@ fn mark_held(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) 
         return;
     }
     let stamp = counted(JAM) + 1u;
-    let is_held = bitcast<f32>(counted(limit_at(place))) < 1.0;
+    let is_held = counted(limit_at(place)) != UNLIMITED;
     if !is_held || counted(held_at(place)) > counted(FILTER_ROUND) * STAMPS {
         return;
     }
@@ -80,36 +81,54 @@ fn mark_held(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) 
     atomicAdd(&surface_work[HELD], 1u);
 }
 
-/// Holds back nodes; where nodes go in several rounds, all of them.
+/// Holds back nodes; where nodes go in several rounds, all of them. Who may slide goes on in another round.
 @compute @workgroup_size(256)
 fn hold_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let place = node_of(id, lane);
-    var progress = 0.0;
-    var taken = 0.0;
+    var most = vec3f(0.0);
     if place < table(NODE_PLACES) && has_surface(place) {
         let in_rounds = counted(IN_ROUNDS) != 0u;
-        let part = bitcast<f32>(counted(limit_at(place)));
-        if part < 1.0 || in_rounds {
-            set_counted(limit_at(place), bitcast<u32>(1.0));
-            let start = place_at(BEFORE, place);
-            let wanted = new_position[place].xyz;
-            let to = select(wanted, start + (wanted - start) * part, part < 1.0);
-            let arrives = in_rounds && all(to == place_at(TARGET, place));
-            let way = to - start;
-            progress = select(dot3(way, way), 0.0, arrives);
-            let left = select(wanted, place_at(TARGET, place), in_rounds) - to;
-            // Who is held goes where its pin goes, however short the steps are.
-            taken = select(dot3(left, left), 0.0, arrives || new_position[place].w == 0.0);
-            let velocity = select(
-                (to - place_at(AT_START, place)) / substeps[0].h, place_at(TARGET_VELOCITY, place), arrives,
-            );
-            new_position[place] = vec4f(to, new_position[place].w);
-            new_velocity[place] = vec4f(velocity, new_velocity[place].w);
+        let limit = counted(limit_at(place));
+        if limit == UNLIMITED && !in_rounds {
+            put_place(TARGET, place, new_position[place].xyz);
+            put_place(TARGET_VELOCITY, place, new_velocity[place].xyz);
+        } else {
+            set_counted(limit_at(place), UNLIMITED);
+            most = hold_node(place, limit, in_rounds);
         }
     }
-    let most = most_of_lanes(lane, vec3f(progress, taken, 0.0));
+    most = most_of_lanes(lane, most);
     if lane == 0u {
         atomicMax(&surface_work[PROGRESS], bitcast<u32>(most.x));
         atomicMax(&surface_work[WAY_TAKEN], bitcast<u32>(most.y));
+        atomicMax(&surface_work[MOST_WAY_TAKEN], bitcast<u32>(most.z));
     }
+}
+
+/// Has a node go in a round as far as the word that limits it says. Returns how far it came, or will come along a plane, if that is a
+/// reason for another round; what is left of its way, and what no round gives back; squared [m²].
+fn hold_node(place: u32, limit: u32, in_rounds: bool) -> vec3f {
+    let start = place_at(BEFORE, place);
+    let wanted = new_position[place].xyz;
+    let is_held = limit != UNLIMITED;
+    let to = select(wanted, start + (wanted - start) * part_of_way(limit), is_held);
+    let goal = select(wanted, place_at(TARGET, place), in_rounds);
+    let speed = select(new_velocity[place].xyz, place_at(TARGET_VELOCITY, place), in_rounds);
+    let arrives = in_rounds && all(to == goal);
+    // Who is held goes where its pin goes, however short the steps are.
+    let is_free = new_position[place].w > 0.0;
+    let slid = along_plane(goal - to, limit);
+    let slides = !arrives && is_held && is_free && slid.w > 0.0;
+    let left = select(goal - to, slid.xyz, slides);
+    let at_start = place_at(AT_START, place);
+    let h = substeps[0].h;
+    new_position[place] = vec4f(to, new_position[place].w);
+    new_velocity[place] = vec4f(select((to - at_start) / h, speed, arrives), new_velocity[place].w);
+    put_place(TARGET, place, select(goal, to + left, slides));
+    put_place(TARGET_VELOCITY, place, select(speed, (to + left - at_start) / h, slides));
+    let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
+    let way = to - start;
+    let farther = max(select(0.0, dot3(way, way), is_far && !arrives), select(0.0, dot3(left, left), slides));
+    let is_taken = is_free && !arrives;
+    return vec3f(farther, select(0.0, dot3(left, left), is_taken), select(0.0, slid.w * slid.w, slides));
 }

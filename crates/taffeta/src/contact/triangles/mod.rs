@@ -24,10 +24,13 @@ pub mod order;
 #[cfg(feature = "gpu")]
 pub mod parity;
 #[cfg(feature = "gpu")]
+mod parity_count;
+#[cfg(feature = "gpu")]
 pub mod parity_scene;
 #[cfg(feature = "gpu")]
 pub mod parity_stages;
 mod sides;
+pub mod slide;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;

@@ -2,11 +2,12 @@
 
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
-use crate::contact::triangles::carry::Phase;
 use crate::contact::triangles::gpu::order_of;
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
+use crate::contact::triangles::parity_count::count;
 use crate::contact::triangles::parity_scene::fixture;
-use crate::contact::triangles::parity_stages::{Before, ROOM, Solving};
+use crate::contact::triangles::parity_stages::{Before, Solving};
+use crate::contact::triangles::slide::{away, part};
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, NONE};
@@ -102,7 +103,8 @@ pub const ROWS: &[Row] = &[
     row("go_part", 64.0, MOVED, |bench| {
         each(bench, "go_part", &[Before::Part, Before::NextRound], |twin, _| twin.go_part())
     }),
-    row("limit_ways", 4096.0, FOUND, |bench| {
+    // A direction may be rounded to another step.
+    row("limit_ways", 65536.0, FOUND, |bench| {
         each(bench, "limit_ways", &[Before::Limits, Before::LimitsAround, Before::LimitsOfAll], |twin, _| {
             twin.limit_ways()
         })
@@ -111,7 +113,8 @@ pub const ROWS: &[Row] = &[
         each(bench, "mark_held", &[Before::LimitsAround, Before::NextRound], |twin, _| twin.mark_held())
     }),
     row("hold_back", 64.0, MOVED, |bench| {
-        each(bench, "hold_back", &[Before::LimitsAround, Before::NextRound], |twin, _| twin.hold_back())
+        let stages = [Before::LimitsAround, Before::NextRound, Before::LastRound];
+        each(bench, "hold_back", &stages, |twin, _| twin.hold_back())
     }),
     row("count_surfaces", 0.0, COPIED, count),
 ];
@@ -265,7 +268,8 @@ fn while_solving(
     Ok(())
 }
 
-fn run(
+/// Compares a kernel with its twin.
+pub fn run(
     bench: &mut Bench<'_>,
     entry: &'static str,
     fixture: &mut Fixture,
@@ -405,9 +409,11 @@ fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
         let [wanted, found] = [wanted, found].map(|twin| [f32::from_bits(twin.work[word])]);
         written.outcome().compare(&format!("length {word}"), &wanted, &found);
     }
-    let [parts, of_found] = [wanted, found]
-        .map(|twin| twin.work[limits.clone()].iter().map(|&bits| f32::from_bits(bits)).collect::<Vec<_>>());
-    written.outcome().compare("limits", &parts, &of_found);
+    let limited = |twin: &Twin| {
+        let words = twin.work[limits.clone()].iter();
+        words.flat_map(|&word| away(word).into_iter().chain([part(word)])).collect::<Vec<f32>>()
+    };
+    written.outcome().compare("limits", &limited(wanted), &limited(found));
     // Where colliders push nodes, the first lists are keys of ways, or parts of ways.
     let ways = if wanted.work[layout::LISTED] == layout::CARRIED as u32 {
         wanted.list(0)..wanted.list(3)
@@ -467,128 +473,6 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
             };
             same(written, "surface_work", &rest(&twin.work), &rest(&work));
         })?;
-    }
-    Ok(())
-}
-
-/// All that is counted, with numbers on both sides of what is asked.
-fn count(bench: &mut Bench<'_>) -> Result<(), String> {
-    const RESTART: u32 = Phase::Restart as u32;
-    const SQUEEZE: u32 = Phase::Squeeze as u32;
-    const STOP: u32 = Phase::Stop as u32;
-    const OVER: u32 = Phase::Over as u32;
-    let cases: &[(usize, &[(usize, u32)])] = &[
-        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM)]),
-        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM + 1), (layout::MOST_PAIRS, ROOM + 100)]),
-        (layout::COUNT_CONTACTS, &[(layout::CONTACTS, 257), (layout::TOUCHED, 256), (layout::FORCES, 9)]),
-        (layout::COUNT_CONTACTS, &[(layout::CONTACTS, ROOM + 77), (layout::TOUCHED, 0), (layout::SHORT, 1)]),
-        (layout::COUNT_ROUND, &[(layout::ROUND, 0)]),
-        (layout::COUNT_ROUND, &[(layout::ROUND, 1), (layout::SINKS, 0.011_f32.to_bits())]),
-        (layout::COUNT_ROUND, &[(layout::ROUND, 4), (layout::SINKS, 0.01_f32.to_bits())]),
-        (layout::COUNT_ROUND, &[(layout::ROUND, 4), (layout::SINKS, 0.011_f32.to_bits())]),
-        (layout::COUNT_ROUND, &[(layout::ROUND, 11), (layout::SINKS, 0.011_f32.to_bits())]),
-        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1)]),
-        (
-            layout::COUNT_WAYS,
-            &[(layout::IS_ACTIVE, 1), (layout::CHANGE_OF_WAY, 0.1_f32.to_bits()), (layout::IS_ODD, 1)],
-        ),
-        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::WAY, 0.1_f32.to_bits())]),
-        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::FILTER_ROUND, 2)]),
-        (layout::COUNT_PART, &[]),
-        (layout::COUNT_PART, &[(layout::CORNER_PART, 1), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
-        (layout::COUNT_PART, &[(layout::CORNER_PART, 2), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
-        (layout::COUNT_PART, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
-        (
-            layout::COUNT_CARRIED,
-            &[(layout::CORNER_PART, 2), (layout::PUSH_PHASE, OVER), (layout::WAITING, 7)],
-        ),
-        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
-        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6), (layout::WAITING, 7)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6), (layout::WAITING, 7)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 30), (layout::WAITING, 7)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 31), (layout::WAITING, 7)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 31)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 32), (layout::PUSH_PHASE, RESTART)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE)]),
-        (
-            layout::COUNT_PUSHES,
-            &[(layout::PUSH_ROUND, 33), (layout::PUSH_PHASE, SQUEEZE), (layout::WAITING, 7)],
-        ),
-        (
-            layout::COUNT_PUSHES,
-            &[
-                (layout::PUSHED, 1),
-                (layout::PUSH_ROUND, 46),
-                (layout::PUSH_PHASE, SQUEEZE),
-                (layout::WAITING, 7),
-            ],
-        ),
-        (
-            layout::COUNT_PUSHES,
-            &[
-                (layout::PUSHED, 1),
-                (layout::PUSH_ROUND, 47),
-                (layout::PUSH_PHASE, SQUEEZE),
-                (layout::WAITING, 7),
-                (layout::SQUEEZED, 3),
-            ],
-        ),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 62), (layout::PUSH_PHASE, STOP)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 63), (layout::PUSH_PHASE, STOP)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 50), (layout::PUSH_PHASE, STOP)]),
-        (layout::COUNT_SOLVED, &[(layout::IS_ODD, 0)]),
-        (layout::COUNT_SOLVED, &[(layout::IS_ODD, 1)]),
-        (
-            layout::COUNT_WAYS,
-            &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],
-        ),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3)]),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 48)]),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 49)]),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::IN_ROUNDS, 1)]),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 0), (layout::IN_ROUNDS, 1)]),
-        (
-            layout::COUNT_FILTER_ROUND,
-            &[
-                (layout::IS_ACTIVE, 1),
-                (layout::WAY, 0.1_f32.to_bits()),
-                (layout::PROGRESS, 0.1_f32.to_bits()),
-            ],
-        ),
-        (layout::COUNT_FILTER_ROUND, &[(layout::IS_ACTIVE, 1), (layout::WAY, 0.1_f32.to_bits())]),
-        (layout::COUNT_FILTER_ROUND, &[(layout::IS_ACTIVE, 1), (layout::PROGRESS, 0.1_f32.to_bits())]),
-        (
-            layout::COUNT_FILTER_ROUND,
-            &[
-                (layout::IS_ACTIVE, 1),
-                (layout::WAY, 0.1_f32.to_bits()),
-                (layout::PROGRESS, 0.1_f32.to_bits()),
-                (layout::FILTER_ROUND, 2),
-                (layout::WAY_TAKEN, 0.2_f32.to_bits()),
-            ],
-        ),
-        (
-            layout::COUNT_FILTER_ROUND,
-            &[
-                (layout::IS_ACTIVE, 1),
-                (layout::WAY_TAKEN, 0.1_f32.to_bits()),
-                (layout::MOST_WAY_TAKEN, 0.05_f32.to_bits()),
-            ],
-        ),
-    ];
-    for (part, numbers) in cases {
-        let mut fixture = fixture(51)?;
-        let mut twin = Twin::of(&fixture, 5);
-        twin.part = *part as u32;
-        (twin.work[layout::PAIRS], twin.work[layout::MOST_CONTACTS]) = (17, 5);
-        for &(word, number) in *numbers {
-            twin.work[word] = number;
-        }
-        run(bench, "count_surfaces", &mut fixture, twin, |twin, _| twin.count_surfaces())?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use crate::contact::triangles::gpu_layout::{
 };
 use crate::contact::triangles::gpu_tables::Room;
 use crate::contact::triangles::parity::apply;
+use crate::contact::triangles::slide::word;
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::NONE;
 use crate::parity::fixture::{Chance, Fixture};
@@ -51,6 +52,7 @@ pub enum Before {
     LimitsAround,
     LimitsOfAll,
     NextRound,
+    LastRound,
 }
 
 /// Which kernel is next in a sub-step whose contacts are part of a system.
@@ -361,7 +363,8 @@ impl Twin {
             self.work[layout::JAM] = 1;
             for place in (0..self.tables[layout::NODE_PLACES] as usize).step_by(5) {
                 let at = self.list(3) + place;
-                self.work[at] = self.work[at].min(0.37_f32.to_bits());
+                let away = [0.3, place as f32 * 0.1 - 1.0, -0.2];
+                self.work[at] = self.work[at].min(word(0.37_f32, away));
             }
         }
         self.work[layout::LISTED] = match kernel {
@@ -372,7 +375,7 @@ impl Twin {
         if kernel == Before::LimitsOfAll {
             self.work[layout::JAM] = 2;
         }
-        if kernel == Before::NextRound {
+        if Before::NextRound <= kernel {
             (self.work[layout::FILTER_ROUND], self.work[layout::IN_ROUNDS]) = (1, 1);
             self.work[layout::JAM] = layout::STAMPS as u32;
             // Some arrive, and none is where it was at the start of the sub-step.
@@ -383,9 +386,17 @@ impl Twin {
                     place,
                     add(self.place(layout::AT_START, place), [1e-3, -2e-3, 1e-3]),
                 );
-                if place % 2 == 0 {
-                    self.put(layout::TARGET, place, [x, y, z]);
+                if place % 2 == 0 || kernel == Before::LastRound {
+                    self.put(layout::TARGET, place, [x, y + 1e-4 * (place % 2) as f32, z]);
                 }
+            }
+        }
+        if kernel == Before::LastRound {
+            // Nobody has far to go any more, and who is held has less to slide than others go.
+            self.work[layout::WAY] = 0;
+            for place in 0..self.nodes() {
+                let at = self.list(3) + place;
+                self.work[at] = word(if place % 5 == 0 { 0.9_f32 } else { 1.0 }, [0.2, 0.3, -0.1]);
             }
         }
     }

@@ -4,6 +4,7 @@ use crate::contact::triangles::gpu::{bucket_of, order_of};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::contact::triangles::impulse::{Contact, mobility};
+use crate::contact::triangles::slide::{UNLIMITED, along, part};
 use crate::contact::triangles::solved::sustained;
 use crate::gpu::layout::{Four, NONE};
 use crate::real::{Real, add, dot, norm, scale, sub};
@@ -112,7 +113,7 @@ impl Twin {
         self.work[layout::NEAREST] = f32::FAR.to_bits();
         self.work[layout::LISTED] = kind as u32;
         for place in 0..self.nodes() {
-            for (list, value) in [(0, 0), (2, 0), (3, 1_f32.to_bits()), (4, 0)] {
+            for (list, value) in [(0, 0), (2, 0), (3, UNLIMITED), (4, 0)] {
                 let at = self.list(list) + place;
                 self.work[at] = value;
             }
@@ -423,8 +424,10 @@ impl Twin {
     pub fn mark_held(&mut self) {
         let (stamp, marks) = (self.work[layout::JAM] + 1, self.list(6));
         for place in self.surface_nodes() {
-            let (part, held) = (self.number(self.list(3) + place), self.list(4) + place);
-            if part < 1.0 && self.work[held] <= self.work[layout::FILTER_ROUND] * layout::STAMPS as u32 {
+            let (limit, held) = (self.work[self.list(3) + place], self.list(4) + place);
+            if limit != UNLIMITED
+                && self.work[held] <= self.work[layout::FILTER_ROUND] * layout::STAMPS as u32
+            {
                 self.work[held] = stamp;
                 let starts = self.table(layout::LEAVES_OF_AT) + place;
                 for at in self.tables[starts]..self.tables[starts + 1] {
@@ -440,28 +443,47 @@ impl Twin {
         let in_rounds = self.work[layout::IN_ROUNDS] != 0;
         for place in self.surface_nodes() {
             let at = self.list(3) + place;
-            let part = self.number(at);
-            if part >= 1.0 && !in_rounds {
-                continue;
-            }
-            self.work[at] = 1_f32.to_bits();
-            let [x, y, z, w] = self.position[place];
-            let (start, wanted) = (self.place(layout::BEFORE, place), [x, y, z]);
-            let to = if part < 1.0 { add(start, scale(sub(wanted, start), part)) } else { wanted };
-            let arrives = in_rounds && to == self.place(layout::TARGET, place);
-            let velocity = if arrives {
-                self.place(layout::TARGET_VELOCITY, place)
+            let limit = std::mem::replace(&mut self.work[at], UNLIMITED);
+            if limit == UNLIMITED && !in_rounds {
+                let ([x, y, z, _], [u, v, t, _]) = (self.position[place], self.velocity[place]);
+                self.put(layout::TARGET, place, [x, y, z]);
+                self.put(layout::TARGET_VELOCITY, place, [u, v, t]);
             } else {
-                let way = sub(to, start);
-                self.work[layout::PROGRESS] = self.work[layout::PROGRESS].max(dot(way, way).to_bits());
-                let goal = if in_rounds { self.place(layout::TARGET, place) } else { wanted };
-                let left = sub(goal, to);
-                let left = if w > 0.0 { left } else { [0.0; 3] };
-                self.work[layout::WAY_TAKEN] = self.work[layout::WAY_TAKEN].max(dot(left, left).to_bits());
-                sub(to, self.place(layout::AT_START, place)).map(|way| way / self.h)
-            };
-            self.position[place] = [to[0], to[1], to[2], w];
-            self.velocity[place] = [velocity[0], velocity[1], velocity[2], self.velocity[place][3]];
+                self.hold_node(place, limit, in_rounds);
+            }
         }
+    }
+
+    fn hold_node(&mut self, place: usize, limit: u32, in_rounds: bool) {
+        let ([x, y, z, w], [u, v, t, m]) = (self.position[place], self.velocity[place]);
+        let (start, wanted) = (self.place(layout::BEFORE, place), [x, y, z]);
+        let to = if limit == UNLIMITED { wanted } else { add(start, scale(sub(wanted, start), part(limit))) };
+        let (goal, speed) = if in_rounds {
+            (self.place(layout::TARGET, place), self.place(layout::TARGET_VELOCITY, place))
+        } else {
+            (wanted, [u, v, t])
+        };
+        self.position[place] = [to[0], to[1], to[2], w];
+        if in_rounds && to == goal {
+            self.velocity[place] = [speed[0], speed[1], speed[2], m];
+            return;
+        }
+        let (h, at_start) = (self.h, self.place(layout::AT_START, place));
+        let speed_to = |to: [f32; 3]| sub(to, at_start).map(|way| way / h);
+        let [p, q, r] = speed_to(to);
+        self.velocity[place] = [p, q, r, m];
+        let left = sub(goal, to);
+        let (left, nearer) = if limit != UNLIMITED && w > 0.0 { along(left, limit) } else { (left, 0.0) };
+        let (goal, speed) =
+            if nearer > 0.0 { (add(to, left), speed_to(add(to, left))) } else { (goal, speed) };
+        self.put(layout::TARGET, place, goal);
+        self.put(layout::TARGET_VELOCITY, place, speed);
+        let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
+        let [way, left] = [sub(to, start), left].map(|way| dot(way, way));
+        let mut most = |word: usize, number: f32| self.work[word] = self.work[word].max(number.to_bits());
+        most(layout::PROGRESS, if is_far { way } else { 0.0 });
+        most(layout::PROGRESS, if nearer > 0.0 { left } else { 0.0 });
+        most(layout::WAY_TAKEN, if w > 0.0 { left } else { 0.0 });
+        most(layout::MOST_WAY_TAKEN, nearer * nearer);
     }
 }

@@ -4,6 +4,7 @@ use crate::contact::triangles::carry::{Phase, Pushed};
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::impulse::SINKS;
+use crate::contact::triangles::slide::SLIDES;
 use crate::contact::triangles::twin::Twin;
 use crate::gpu::layout::GROUP;
 use crate::step::{FILTERS, IMPULSES};
@@ -178,8 +179,9 @@ impl Twin {
     fn count_filter_round(&mut self) {
         let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
         let gets_on = self.number(layout::PROGRESS) >= self.length(layout::SQUARED_PROGRESS);
-        let wanted = self.work[layout::IS_ACTIVE] != 0 && is_far && gets_on;
         let next = self.work[layout::FILTER_ROUND] + 1;
+        let goes_on = is_far || (next as usize) < SLIDES;
+        let wanted = self.work[layout::IS_ACTIVE] != 0 && gets_on && goes_on;
         let another = wanted && next < self.tables[layout::ROUND_ROOM];
         if wanted && (next as usize) < FILTERS {
             self.need(layout::MOST_ROUNDS, next + 1, layout::ROUND_ROOM, 4);

@@ -6,6 +6,7 @@ use crate::contact::triangles::cones::Nearest;
 use crate::contact::triangles::filter::{limits, reach, reach_together};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SurfaceContact};
 use crate::contact::triangles::impulse::{KEEPS, grip};
+use crate::contact::triangles::slide::word;
 use crate::contact::triangles::solved::NEAR;
 use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS};
 use crate::contact::triangles::tangle::{Knot, Rule};
@@ -379,10 +380,11 @@ impl Twin {
                     1 => limits::<f32, VertexTriangle>(x, moves, apart, (thickness, far), together),
                     _ => limits::<f32, EdgeEdge>(x, moves, apart, (thickness, far), together),
                 };
-                for (node, part) in nodes.into_iter().zip(found.parts) {
+                for (i, (node, part)) in nodes.into_iter().zip(found.parts).enumerate() {
                     let at = self.list(3) + node;
                     if node < self.nodes() && part < 1.0 {
-                        self.work[at] = self.work[at].min(part.to_bits());
+                        let away = if i < one.first { apart } else { apart.map(|along| -along) };
+                        self.work[at] = self.work[at].min(word(part, away));
                     }
                 }
             }

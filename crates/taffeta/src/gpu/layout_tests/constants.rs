@@ -19,7 +19,7 @@ use crate::contact::nodes::pair::FIRM;
 use crate::contact::triangles::carry::Phase;
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
-use crate::contact::triangles::{carry, cones, filter, impulse, solved};
+use crate::contact::triangles::{carry, cones, filter, impulse, slide, solved};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -102,6 +102,12 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
     let words = WORDS.iter().map(|&(name, number)| (name, number as f64));
     let lengths = [
         ("SHARE", filter::SHARE),
+        ("PART_STEPS", slide::PART_STEPS),
+        ("STEP_BITS", f64::from(slide::STEP_BITS)),
+        ("AXIS_BITS", f64::from(slide::AXIS_BITS)),
+        ("HALF_AXIS", slide::HALF_AXIS),
+        ("TILT", slide::TILT),
+        ("SLIDES", slide::SLIDES as f64),
         ("ROOM_BEFORE", filter::ROOM_BEFORE),
         ("PUSHES", carry::PUSHES as f64),
         ("FIRST_PUSHES", carry::FIRST_PUSHES as f64),
@@ -221,6 +227,7 @@ fn shared() -> BTreeMap<&'static str, f64> {
         ("WAY_ULPS", WAY_ULPS),
         ("LARGEST", f64::from(f32::MAX)),
         ("NONE", f64::from(NONE)),
+        ("UNLIMITED", f64::from(slide::UNLIMITED)),
         ("GROUP_ROUNDS", GROUP_ROUNDS as f64),
         ("JOINT_FIELDS", FIELDS as f64),
         ("TETHER_ROUNDS", TETHER_ROUNDS as f64),

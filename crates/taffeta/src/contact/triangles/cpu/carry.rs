@@ -89,7 +89,10 @@ impl<T: Real> TriangleContact<T> {
         memory.close.clear();
         memory.close.extend(close.iter().flatten().filter(|pair| pair.nodes.iter().all(is_node)).cloned());
         for sixteen in by_sixteen(&memory.close) {
-            self.limit(worker, &sixteen, (far, together));
+            self.limit(worker, &sixteen, (far, together), |place, part, _| {
+                // The order of bits is that of the numbers, for none is below zero.
+                self.parts[place].fetch_min(part.to_f64().to_bits(), Ordering::Relaxed);
+            });
         }
         worker.synchronise();
         let mut any = false;

@@ -1,11 +1,12 @@
 //! The filter: how far each node may go.
 
-use super::{FilterRound, TriangleContact, positions, read};
+use super::{TriangleContact, positions, read};
 use crate::contact::triangles::cpu::lanes::Limit;
-use crate::contact::triangles::cpu::motion::Motion;
+use crate::contact::triangles::cpu::motion::{Motion, state_at};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
 use crate::contact::triangles::cpu::untangle::lifts;
 use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, reach};
+use crate::contact::triangles::slide::{SLIDES, UNLIMITED, along, part, word};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
@@ -24,15 +25,16 @@ impl<T: Real> TriangleContact<T> {
     /// goes in several rounds.
     pub(super) fn filter(&self, worker: &mut Worker<'_, T>) -> Flow {
         let scratch = self.scratch(worker);
-        let (is_first, cap) = (scratch.stage == FilterRound::First, self.surfaces.longest_way());
         // SAFETY: written before a barrier, and again after another.
         let progress = unsafe { self.found.read() }.iter().map(|found| found.progress).fold(0.0, f64::max);
-        let is_stuck = scratch.stage == FilterRound::More && progress < PROGRESS * cap;
-        if is_stuck || scratch.stage == FilterRound::Over {
-            scratch.stage = FilterRound::Over;
+        let cap = self.surfaces.longest_way();
+        let round = scratch.filter_round.filter(|&round| round == 0 || progress >= PROGRESS * cap);
+        scratch.filter_round = round;
+        let Some(round) = round else {
             worker.mark_moved(|_| false);
             return Flow::Done;
-        }
+        };
+        let is_first = round == 0;
         let mut is_carried = false;
         let ends = if is_first {
             scratch.note_forces(worker.substep);
@@ -55,7 +57,7 @@ impl<T: Real> TriangleContact<T> {
             let scratch = self.scratch(worker);
             // A little more, so that no rounding makes it less than too much.
             scratch.taken[0] = scratch.taken[0].max(1.001 * (motion.most - FILTERS as f64 * cap).powi(2));
-            scratch.stage = FilterRound::Over;
+            scratch.filter_round = None;
             worker.mark_moved(|_| false);
             return Flow::Done;
         }
@@ -72,10 +74,12 @@ impl<T: Real> TriangleContact<T> {
         let motion = Motion { most: motion.most.min(cap), ..motion };
         let any = self.limit_around_held(worker, &motion);
         let scratch = self.scratch(worker);
-        scratch.stage = if is_far { FilterRound::More } else { FilterRound::Over };
+        // The next round sees whether anyone got farther, or may.
+        let another = is_far || any && round + 1 < SLIDES;
+        scratch.filter_round = another.then_some(round + 1);
         scratch.responses.clear();
         if any || in_rounds {
-            self.hold(worker, in_rounds);
+            self.hold(worker, is_far, in_rounds);
         }
         self.list_by_tile(worker);
         Flow::Go
@@ -98,22 +102,34 @@ impl<T: Real> TriangleContact<T> {
     fn limit_close(&self, worker: &Worker<'_, T>, far: f64) {
         let mut limited = false;
         for sixteen in self.scratch(worker).close.iter().flat_map(|close| by_sixteen(close)) {
-            limited |= self.limit(worker, &sixteen, (far, true));
+            limited |= self.limit_filter(worker, &sixteen, (far, true));
         }
         // SAFETY: its own; all read after the next barrier.
         unsafe { self.found.item(worker.index) }.held = u64::from(limited);
     }
 
     /// Limits the ways of the nodes of up to sixteen pairs. Returns whether any node is limited.
+    fn limit_filter(&self, worker: &Worker<'_, T>, sixteen: &Sixteen<T>, how: (f64, bool)) -> bool {
+        let mut any = false;
+        self.limit(worker, sixteen, how, |place, part, away| {
+            self.limits[place].fetch_min(word(part, away), Ordering::Relaxed);
+            any = true;
+        });
+        any
+    }
+
+    /// Calls `note` with each node of up to sixteen pairs that may not make all its way: its place, the part that it may make, and what
+    /// leads away from the other side.
     pub(super) fn limit(
         &self,
         worker: &Worker<'_, T>,
         Sixteen { kind, count, nodes, thickness, .. }: &Sixteen<T>,
         (far, together): (f64, bool),
-    ) -> bool {
+        mut note: impl FnMut(usize, T, [T; 3]),
+    ) {
         let places = self.surfaces.places as u32;
         let (before, after, far) = (read(&self.before), read(&self.after), T::from_f64(far));
-        let mut parts = [[T::ONE; LANES]; 4];
+        let (mut parts, mut apart) = ([[T::ONE; LANES]; 4], [[T::ZERO; LANES]; 3]);
         worker.nodes.level.run(Limit {
             kind: *kind,
             nodes,
@@ -123,18 +139,17 @@ impl<T: Real> TriangleContact<T> {
             far,
             together,
             parts: &mut parts,
+            apart: &mut apart,
         });
-        let mut any = false;
-        for (nodes, parts) in nodes.iter().zip(&parts) {
-            for (&node, &part) in nodes.iter().zip(parts).take(*count) {
+        let first = kind.first();
+        for (which, (nodes, parts)) in nodes.iter().zip(&parts).enumerate() {
+            for (lane, (&node, &part)) in nodes.iter().zip(parts).take(*count).enumerate() {
                 if part < T::ONE && node < places {
-                    // The order of bits is that of the numbers, for none is below zero.
-                    self.parts[node as usize].fetch_min(part.to_f64().to_bits(), Ordering::Relaxed);
-                    any = true;
+                    let apart = apart.map(|lanes| lanes[lane]);
+                    note(node as usize, part, if which < first { apart } else { apart.map(|along| -along) });
                 }
             }
         }
-        any
     }
 
     /// Limits the ways of nodes around those that are held back: planes that go along hold only for who goes all the way.
@@ -176,7 +191,7 @@ impl<T: Real> TriangleContact<T> {
         let mut count = 0;
         self.each_run(worker, |run| {
             for place in run {
-                let is_held = self.parts[place].load(Ordering::Relaxed) < 1_f64.to_bits();
+                let is_held = self.limits[place].load(Ordering::Relaxed) < UNLIMITED;
                 if is_held && self.held[place].load(Ordering::Relaxed) < scratch.first_stamp {
                     self.held[place].store(stamp, Ordering::Relaxed);
                     for &leaf in self.leaves_by_place.of(place) {
@@ -219,50 +234,87 @@ impl<T: Real> TriangleContact<T> {
             };
             memory.close.retain(is_kept);
             for sixteen in by_sixteen(&memory.close) {
-                any |= self.limit(worker, &sixteen, (motion.far, false));
+                any |= self.limit_filter(worker, &sixteen, (motion.far, false));
             }
         });
         any
     }
 
-    /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them.
-    fn hold(&self, worker: &Worker<'_, T>, in_rounds: bool) {
+    /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them. Who may slide goes on in
+    /// another round.
+    fn hold(&self, worker: &Worker<'_, T>, is_far: bool, in_rounds: bool) {
         let scratch = self.scratch(worker);
-        let old = positions(worker.old());
-        let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
-        let (mut progress, mut taken) = (T::ZERO, T::ZERO);
+        let [mut progress, mut taken, mut removed] = [T::ZERO; 3];
         self.each_run(worker, |run| {
             for place in run {
-                let part = T::from_f64(f64::from_bits(self.parts[place].load(Ordering::Relaxed)));
-                if part >= T::ONE && !in_rounds {
+                let limit = self.limits[place].load(Ordering::Relaxed);
+                if limit == UNLIMITED && !in_rounds {
+                    self.set_target(place, state_at(worker.next(), place));
                     continue;
                 }
-                self.parts[place].store(1_f64.to_bits(), Ordering::Relaxed);
-                let from = base.map(|column| column[place]);
-                let wanted = [next[0][place], next[1][place], next[2][place]];
-                let to = if part < T::ONE { add(from, scale(sub(wanted, from), part)) } else { wanted };
-                // SAFETY: its own place.
-                let target: [T; 6] = std::array::from_fn(|axis| unsafe { *self.target[axis].item(place) });
-                let arrives = in_rounds && to == [target[0], target[1], target[2]];
-                if !arrives {
-                    let way = sub(to, from);
-                    progress = progress.max(dot(way, way));
-                    let goal = if in_rounds { [target[0], target[1], target[2]] } else { wanted };
-                    let left = sub(goal, to);
-                    // Who is held goes where its pin goes, however short the steps are.
-                    let is_free = worker.nodes.inverse_mass[place] > T::ZERO;
-                    taken = taken.max(if is_free { dot(left, left) } else { T::ZERO });
-                }
-                let v = if arrives {
-                    [target[3], target[4], target[5]]
-                } else {
-                    sub(to, old.map(|column| column[place])).map(|way| way / h)
-                };
-                scratch.responses.push((place as u32, [to[0], to[1], to[2], v[0], v[1], v[2]]));
+                self.limits[place].store(UNLIMITED, Ordering::Relaxed);
+                let held = self.hold_node(worker, place, limit, (is_far, in_rounds));
+                progress = progress.max(held.progress);
+                taken = taken.max(held.taken);
+                removed = removed.max(held.removed);
+                scratch.responses.push((place as u32, held.state));
             }
         });
         // SAFETY: its own; all read after a barrier.
         unsafe { self.found.item(worker.index) }.progress = progress.sqrt().to_f64();
-        scratch.taken[1] = taken.to_f64();
+        scratch.taken = [scratch.taken[0].max(removed.to_f64()), taken.to_f64()];
     }
+
+    /// Where a node goes in a round, with the word that limits it, and what is left of its way.
+    fn hold_node(
+        &self,
+        worker: &Worker<'_, T>,
+        place: usize,
+        limit: u32,
+        (is_far, in_rounds): (bool, bool),
+    ) -> Held<T> {
+        let (from, next) = (self.get(&self.before, place), state_at(worker.next(), place));
+        let wanted = [next[0], next[1], next[2]];
+        let to = if limit == UNLIMITED { wanted } else { add(from, scale(sub(wanted, from), part(limit))) };
+        let target = if in_rounds { state_at(&self.target, place) } else { next };
+        let goal = [target[0], target[1], target[2]];
+        if in_rounds && to == goal {
+            return Held { state: target, progress: T::ZERO, taken: T::ZERO, removed: T::ZERO };
+        }
+        // Who is held goes where its pin goes, however short the steps are.
+        let is_free = worker.nodes.inverse_mass[place] > T::ZERO;
+        let left = sub(goal, to);
+        let (left, nearer) = if limit != UNLIMITED && is_free { along(left, limit) } else { (left, T::ZERO) };
+        let (old, h) = (positions(worker.old()).map(|column| column[place]), worker.substep.h);
+        let at = |x: [T; 3]| {
+            let v = sub(x, old).map(|way| way / h);
+            [x[0], x[1], x[2], v[0], v[1], v[2]]
+        };
+        let slides = nearer > T::ZERO;
+        self.set_target(place, if slides { at(add(to, left)) } else { target });
+        let [way, left] = [sub(to, from), left].map(|way| dot(way, way));
+        let progress = if is_far { way } else { T::ZERO };
+        Held {
+            state: at(to),
+            progress: if slides { progress.max(left) } else { progress },
+            taken: if is_free { left } else { T::ZERO },
+            removed: nearer * nearer,
+        }
+    }
+
+    /// Sets where a node goes in the rounds that are left, and with what velocity it arrives.
+    pub(super) fn set_target(&self, place: usize, [x, y, z, u, v, w]: [T; 6]) {
+        self.put(&self.target[..3], place, [x, y, z]);
+        self.put(&self.target[3..], place, [u, v, w]);
+    }
+}
+
+/// Where a node goes in a round of the filter.
+struct Held<T> {
+    state: [T; 6],
+    /// How far it came, or will come along a plane, if that is a reason for another round; what is left of its way, and what no
+    /// round gives back; squared [m²].
+    progress: T,
+    taken: T,
+    removed: T,
 }

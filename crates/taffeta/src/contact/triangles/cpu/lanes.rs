@@ -177,8 +177,9 @@ pub struct Limit<'a, T> {
     pub far: T,
     /// Whether all their nodes go all their way.
     pub together: bool,
-    /// For each node the part of its motion.
+    /// For each node the part of its motion, and between closest points the vector from the second side to the first [m].
     pub parts: &'a mut [Lanes<T>; 4],
+    pub apart: &'a mut [Lanes<T>; 3],
 }
 
 impl<T: Real> Kernel for Limit<'_, T> {
@@ -200,7 +201,7 @@ impl<T: Real> Limit<'_, T> {
         let mut after = [[[T::ZERO; LANES]; 3]; 4];
         fetch(self.before, self.nodes, &mut before);
         fetch(self.after, self.nodes, &mut after);
-        let Self { thickness, far, together, parts, .. } = self;
+        let Self { thickness, far, together, parts, apart: vectors, .. } = self;
         for at in 0..LANES {
             let (from, to) = (lane(&before, at), lane(&after, at));
             let moves = [sub(to[0], from[0]), sub(to[1], from[1]), sub(to[2], from[2]), sub(to[3], from[3])];
@@ -209,6 +210,9 @@ impl<T: Real> Limit<'_, T> {
             let found = limits::<T, P>(x, moves, apart, (thickness[at], far), together);
             for (lanes, part) in parts.iter_mut().zip(found.parts) {
                 lanes[at] = part;
+            }
+            for axis in 0..3 {
+                vectors[axis][at] = apart[axis];
             }
         }
     }

@@ -25,6 +25,7 @@ use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
 use crate::contact::triangles::cpu::solved::Solved;
 use crate::contact::triangles::leaves::Lists;
 use crate::contact::triangles::order::Order;
+use crate::contact::triangles::slide::UNLIMITED;
 use crate::contact::triangles::solved::sustained;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::contact::triangles::tangle::Tangle;
@@ -39,7 +40,7 @@ use crate::real::{Real, add, scale};
 use crate::report::FrameSums;
 use crate::step::Op;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 /// Contact of surfaces.
 pub struct TriangleContact<T> {
@@ -57,8 +58,10 @@ pub struct TriangleContact<T> {
     solved: Solved<T>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
-    /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
+    /// For each place, the part of its motion that it may make before a collider, as the bits of a number from 0 to 1.
     parts: Vec<AtomicU64>,
+    /// What limits each place in a round of the filter, and where it slides: see [`slide`](crate::contact::triangles::slide).
+    limits: Vec<AtomicU32>,
     /// When each place was last held back, and when each leaf last had such a place: by a number that only grows.
     held: Vec<AtomicU64>,
     marks: Vec<AtomicU64>,
@@ -96,7 +99,7 @@ struct Found {
     held: u64,
     /// What the last round of pushes came to.
     pushed: Pushed,
-    /// The longest way in the last round of the filter of a node that has not arrived [m].
+    /// The longest way in the last round of the filter of a node that has not arrived, or that it slides in the next one [m].
     progress: f64,
 }
 
@@ -124,17 +127,9 @@ struct Scratch<T> {
     taken: [f64; 2],
     /// One more than the last node that had no room between colliders in the frame.
     squeezed: u32,
-    /// Which round of impulses, and of the filter, is next.
+    /// Which round of impulses, and of the filter, is next, if any is.
     round: usize,
-    stage: FilterRound,
-}
-
-/// Rounds of the filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FilterRound {
-    First,
-    More,
-    Over,
+    filter_round: Option<usize>,
 }
 
 /// A node in contact.
@@ -169,7 +164,7 @@ impl<T: Real> Scratch<T> {
             taken: [0.0; 2],
             squeezed: 0,
             round: 0,
-            stage: FilterRound::Over,
+            filter_round: None,
         }
     }
 
@@ -220,6 +215,7 @@ impl<T: Real> TriangleContact<T> {
             solved: Solved::new(workers, solved_places),
             counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
+            limits: std::iter::repeat_with(|| AtomicU32::new(UNLIMITED)).take(places).collect(),
             held: atomics(places, 0),
             marks: atomics(surfaces.leaves.len(), 0),
             before: with_corners(),
@@ -417,6 +413,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         self.tangle = None;
         // A frame that was stopped may have held nodes back, and have counted.
         self.parts.iter_mut().for_each(|part| *part.get_mut() = 1_f64.to_bits());
+        self.limits.iter_mut().for_each(|limit| *limit.get_mut() = UNLIMITED);
         for scratch in self.scratch.iter_mut() {
             scratch.pairs.search.searches = 0;
             scratch.carried.clear();
@@ -443,7 +440,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         let lists = (0..self.found.len()).map(|worker| unsafe { self.scratch.of(worker) }.pairs.bytes());
         lists.sum::<usize>()
             + 8 * (self.parts.len() + self.held.len() + self.marks.len())
-            + 4 * (self.tile_of.len() + self.worker_of.len())
+            + 4 * (self.limits.len() + self.tile_of.len() + self.worker_of.len())
             + self.start.iter().map(|column| size_of_val(&column[..])).sum::<usize>()
             + size_of_val(&self.surfaces.leaves[..])
             + self.surfaces.rings.bytes()

@@ -32,6 +32,12 @@ impl Motion {
     }
 }
 
+/// The state of a worker's own node.
+pub fn state_at<T: Real>(columns: &[Shared<T>; 6], place: usize) -> [T; 6] {
+    // SAFETY: its own place; others read after a barrier.
+    std::array::from_fn(|axis| unsafe { *columns[axis].item(place) })
+}
+
 /// Kernel: copies positions, and measures them.
 struct Measure<'a, T> {
     /// Where nodes begin, and where they end [m].
@@ -155,8 +161,7 @@ impl<T: Real> TriangleContact<T> {
         self.each_run(worker, |run| {
             for place in run {
                 if is_first {
-                    self.put(&self.target[..3], place, self.get(&next[..3], place));
-                    self.put(&self.target[3..], place, self.get(&next[3..], place));
+                    self.set_target(place, state_at(next, place));
                 }
                 let (from, target) = (self.get(&self.before, place), self.get(&self.target[..3], place));
                 let way = sub(target, from);

@@ -1,6 +1,6 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
-use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
+use super::{Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
 use crate::contact::triangles::cones::Nearest;
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, What};
@@ -87,7 +87,7 @@ impl<T: Real> TriangleContact<T> {
         let asked = Asked { h: worker.substep.h, within: T::ONE, leads };
         self.look(worker, Some(asked), 0.0);
         let scratch = self.scratch(worker);
-        (scratch.round, scratch.stage) = (0, FilterRound::First);
+        (scratch.round, scratch.filter_round) = (0, Some(0));
         let nearest = scratch.contacts.iter().map(|one| {
             let Active { contact, .. } = one;
             (T::ONE + contact.gap / contact.thickness).max(T::ZERO).to_f64()
