@@ -3,7 +3,7 @@
 use crate::common::{build_as, positions, turned};
 use crate::surfaces::{fabric, implicit, touching};
 use taffeta::Precision;
-use taffeta::scene::{Body, Collider, Cuboid, Keyframe, Material, Mesh, Pin, Scene, Select};
+use taffeta::scene::{Body, Collider, Cuboid, Keyframe, Mass, Material, Mesh, Pin, Scene, Select};
 
 /// Two boxes push a cloth on the floor together, and let it go.
 fn pinched() -> Scene {
@@ -114,5 +114,59 @@ fn pinned_cloth_is_not_driven_through_pinned_cloth() {
     assert!(lowest > -0.1, "{lowest}");
     for (x, start) in positions(&simulation).iter().zip(&start) {
         assert!((0..3).all(|axis| (x[axis] - start[axis]).abs() < 1e-6), "{x:?} {start:?}");
+    }
+}
+
+#[test]
+fn cloth_that_a_plough_slides_along_stays_above_the_floor() {
+    let all = Select::nodes((0..144).collect::<Vec<u32>>());
+    let mut plough = fabric("plough", [12, 12], [0.0; 3]);
+    plough.place = turned([0.0, 0.0, 1.0], 40.0, [-0.2, 0.0752, 0.004]);
+    plough.pins.push(Pin {
+        select: all,
+        motion: vec![Keyframe::translate(0.2, [0.3, -0.004, 0.0])],
+        ..Pin::default()
+    });
+    let scene = Scene::new("")
+        .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.002).friction(0.3))
+        .body(fabric("cloth", [12, 12], [0.0, 0.0021, 0.0]))
+        .body(plough);
+    let mut simulation = build_as(&implicit(scene, 1.0 / 240.0), Precision::F32, 2);
+    let (mut lowest, mut pushed) = (f64::INFINITY, 0.0_f64);
+    for frame in 1..=18 {
+        simulation.step().unwrap();
+        assert_eq!(simulation.intersections().pairs, 0, "frame {frame}");
+        for x in &positions(&simulation)[..144] {
+            (lowest, pushed) = (lowest.min(x[1]), pushed.max(x[1]));
+        }
+    }
+    assert!(lowest > 0.002 - 1e-6 && pushed > 0.005, "{lowest} {pushed}");
+}
+
+#[test]
+fn pinned_parts_that_turn_together_follow_their_pins() {
+    // Two layers that nearly touch, of long triangles, turn by 0.2 rad in each sub-step.
+    let all = || Select::nodes((0..8).collect::<Vec<u32>>());
+    let layer = |name: &str, height: f64| {
+        let mut body = touching(Body::cloth(name, Mesh::grid(2, 4, [0.2, 0.01])), 0.3).at([0.1, height, 0.0]);
+        body = body.structural(1.0, 0.0).with_mass(Mass::Node(1e-4));
+        body.pins.push(Pin {
+            select: all(),
+            motion: vec![Keyframe::rotate(0.5, [0.0, 0.0, 1.0], 1375.0, [0.0; 3])],
+            ..Pin::default()
+        });
+        body
+    };
+    let scene = Scene::new("").body(layer("one", 0.0)).body(layer("other", 2e-4));
+    let mut simulation = build_as(&implicit(scene, 1.0 / 240.0), Precision::F32, 2);
+    let start = positions(&simulation);
+    for frame in 1..=20 {
+        simulation.step().unwrap();
+        let (sin, cos) = (1375.0 / 0.5 * f64::from(frame) / 60.0).to_radians().sin_cos();
+        for (x, start) in positions(&simulation).iter().zip(&start) {
+            let wanted = [start[0] * cos - start[1] * sin, start[0] * sin + start[1] * cos, start[2]];
+            let off = (0..3).map(|axis| (x[axis] - wanted[axis]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-6, "frame {frame}: {x:?} in place of {wanted:?}");
+        }
     }
 }

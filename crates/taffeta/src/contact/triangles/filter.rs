@@ -9,7 +9,7 @@
 //! held back, its pairs are limited by planes that stand still, which hold for any part of the way of any node.
 
 use crate::contact::triangles::closest::Pair;
-use crate::real::{Real, dot, norm, scale};
+use crate::real::{Real, dot, norm, scale, sub};
 
 /// Part of its distance to the plane that a node may use up.
 pub const SHARE: f64 = 0.85;
@@ -40,7 +40,8 @@ pub const SQUEEZED_AHEAD: f64 = 0.98;
 pub const STRETCH: f64 = 2.0;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 pub const JAMS: u32 = 16;
-/// The rounds of a sub-step end when no node that has not arrived gets farther by this, relative to the longest way of a round.
+/// The rounds of a sub-step end when no node that has far to go gets farther by this, relative to the longest way of a round, and none
+/// slides by a tenth of it.
 pub const PROGRESS: f64 = 0.02;
 /// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.
 pub const ALLOWANCE: f64 = 0.02;
@@ -119,6 +120,21 @@ pub fn limits<T: Real, P: Pair>(
     Limits { parts, apart: separated }
 }
 
+/// By how much of itself, and of the largest coordinate in units in the last place, a distance may differ of nodes that move as one.
+pub const AS_ONE: f64 = 1e-3;
+
+/// Whether four nodes that began at `start` [m] are as far from each other at `x` [m] as there.
+pub fn keeps_shape<T: Real>(start: [[T; 3]; 4], x: [[T; 3]; 4]) -> bool {
+    let far = x.iter().flatten().fold(T::ZERO, |far, x| far.max(x.abs()));
+    let digits = T::from_f64(DIGITS) * T::EPSILON * far;
+    (0..4).all(|i| {
+        (0..i).all(|j| {
+            let (wanted, found) = (norm(sub(start[i], start[j])), norm(sub(x[i], x[j])));
+            (found - wanted).abs() <= T::from_f64(AS_ONE) * wanted + digits
+        })
+    })
+}
+
 /// The least distance to the plane that is kept [m].
 #[inline(always)]
 fn floor<T: Real>(extent: T, thickness: T, far: T) -> T {
@@ -186,7 +202,7 @@ pub fn reach(most: f64, thickness: f64, edge: f64, digit: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
-    use crate::real::{add, sub};
+    use crate::real::add;
     use crate::topology::random::SplitMix64;
 
     const THICK: f64 = 0.1;

@@ -21,12 +21,33 @@ const SQUEEZED_AHEAD: f32 = 0.98;
 const SLENDER: f32 = 4e-3;
 const DIGITS: f32 = 16.0;
 const THIN: f32 = 0.25;
+/// By how much of itself a distance may differ of nodes that move as one.
+const AS_ONE: f32 = 1e-3;
 
 /// The least distance to the plane that is kept [m].
 fn floor_of(extent: f32, thickness: f32, far: f32) -> f32 {
     let slender = SLENDER * extent + DIGITS * EPSILON * far;
     let thin = THIN * thickness;
     return select(thin, slender, slender < thin);
+}
+
+/// Whether four nodes that began at `start` [m] are as far from each other at `x` [m] as there.
+fn keeps_shape(start: array<vec3f, 4>, x: array<vec3f, 4>) -> bool {
+    var far = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let size = abs(x[i]);
+        far = max(far, max(size.x, max(size.y, size.z)));
+    }
+    let digits = DIGITS * EPSILON * far;
+    var keeps = true;
+    for (var i = 0u; i < 4u; i++) {
+        for (var j = 0u; j < i; j++) {
+            let wanted = norm3(start[i] - start[j]);
+            let off = abs(norm3(x[i] - x[j]) - wanted);
+            keeps = keeps && off <= AS_ONE * wanted + digits;
+        }
+    }
+    return keeps;
 }
 
 /// Where the first side of a pair, given as for `limits_of`, must go [m] so that its sides end as far apart along their normal as a

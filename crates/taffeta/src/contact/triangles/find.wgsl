@@ -188,9 +188,9 @@ fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
         }
         let rule = rule_of(nodes_of(one.lanes), one.first);
         let order = vec3u(pair.xy, one.order);
-        if rule == APART {
+        if rule == APART && gives_way(one) {
             add_contact(one, order, leaves.material, pair.z > 0u, within);
-        } else if rule != IGNORED && (for_solver || table(IS_SOLVED) == 0u) {
+        } else if rule != APART && rule != IGNORED && (for_solver || table(IS_SOLVED) == 0u) {
             // In an implicit step the solver leads back what passes through a surface.
             lead_back(one, order, thickness_of(one, leaves.material.x, pair.z > 0u), rule == ABOVE, within);
         }
@@ -261,6 +261,18 @@ fn limit_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     }
 }
 
+/// Whether all nodes of a pair are pinned, and have kept their distances of the start before and after: pins move them as one, and none
+/// of them lags.
+fn are_pinned_as_one(nodes: vec4u, before: array<vec3f, 4>, after: array<vec3f, 4>) -> bool {
+    for (var i = 0u; i < 4u; i++) {
+        if nodes[i] >= table(NODE_PLACES) || new_position[nodes[i]].w > 0.0 {
+            return false;
+        }
+    }
+    let starts = starts_of(nodes);
+    return keeps_shape(starts, before) && keeps_shape(starts, after);
+}
+
 /// Whether a node was held back in the last round of jams.
 fn any_held(nodes: vec4u) -> bool {
     var any = false;
@@ -276,6 +288,9 @@ fn limit_nodes(one: Candidate, nodes: vec4u, x: array<vec3f, 4>, thickness: f32,
     let start = relative_to_last(x, length_of(ZERO));
     let apart = closest_of(start, one.first).apart;
     let parts = limits_of(start, moves, one.first, apart, thickness, far, together);
+    if all(parts >= vec4f(1.0)) || together && are_pinned_as_one(nodes, x, ends) {
+        return;
+    }
     for (var i = 0u; i < 4u; i++) {
         if parts[i] < 1.0 && nodes[i] < table(NODE_PLACES) {
             atomicMin(&surface_work[limit_at(nodes[i])], limit_word(parts[i], select(-apart, apart, i < one.first)));

@@ -1,8 +1,11 @@
 // The filter: how far each node may go.
 
+#import contact/colliders/met.wgsl
+#import contact/colliders/shape.wgsl
 #import contact/triangles/most.wgsl
 #import contact/triangles/slide.wgsl
 #import contact/triangles/surfaces.wgsl
+#import contact/triangles/tangle.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -117,18 +120,40 @@ fn hold_node(place: u32, limit: u32, in_rounds: bool) -> vec3f {
     let arrives = in_rounds && all(to == goal);
     // Who is held goes where its pin goes, however short the steps are.
     let is_free = new_position[place].w > 0.0;
-    let slid = along_plane(goal - to, limit);
-    let slides = !arrives && is_held && is_free && slid.w > 0.0;
-    let left = select(goal - to, slid.xyz, slides);
+    let left = wanted - to;
+    let lift = select(vec3f(0.0), lift_of(left, limit), is_held && is_free && !arrives);
+    let slides = any(lift != vec3f(0.0));
+    var new_goal = goal;
+    if slides {
+        new_goal = out_of_solids(place, goal + lift, norm3(left));
+    }
     let at_start = place_at(AT_START, place);
     let h = substeps[0].h;
     new_position[place] = vec4f(to, new_position[place].w);
     new_velocity[place] = vec4f(select((to - at_start) / h, speed, arrives), new_velocity[place].w);
-    put_place(TARGET, place, select(goal, to + left, slides));
-    put_place(TARGET_VELOCITY, place, select(speed, (to + left - at_start) / h, slides));
+    put_place(TARGET, place, new_goal);
+    put_place(TARGET_VELOCITY, place, select(speed, (new_goal - at_start) / h, slides));
     let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
     let way = to - start;
-    let farther = max(select(0.0, dot3(way, way), is_far && !arrives), select(0.0, dot3(left, left), slides));
-    let is_taken = is_free && !arrives;
-    return vec3f(farther, select(0.0, dot3(left, left), is_taken), select(0.0, slid.w * slid.w, slides));
+    let slid = left + lift;
+    let farther = select(0.0, dot3(way, way), is_far && !arrives);
+    let along = select(0.0, dot3(slid, slid) * SLIDE_COUNTS, slides);
+    let rest = new_goal - to;
+    return vec3f(max(farther, along), select(0.0, dot3(rest, rest), is_free && !arrives), dot3(lift, lift));
+}
+
+/// A position of a node, moved out of the convex colliders that it meets and that are no deeper there than `most` [m]: in what is
+/// deeper, it was before. Who is led out of colliders is not thrown out.
+fn out_of_solids(place: u32, start: vec3f, most: f32) -> vec3f {
+    var x = start;
+    let first = first_met(place, 0u);
+    let is_led = surface_knots[KNOT_WORDS * place + KNOT_LED] != 0u;
+    for (var i = 0u; i < select(substeps[own()].colliders, 0u, is_led); i++) {
+        let collider = colliders[first + i];
+        if collider.kind != MESH {
+            let inside = depth_and_normal(collider, x);
+            x = select(x, x + inside.normal * inside.depth, inside.depth > 0.0 && inside.depth <= most);
+        }
+    }
+    return x;
 }

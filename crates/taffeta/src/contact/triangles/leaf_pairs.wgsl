@@ -176,9 +176,14 @@ fn is_in_ring(one: Candidate, mask: u32) -> bool {
 /// Whether a pair can come into contact: its sides do not hang together, and are not a collider and pinned nodes, of which neither
 /// gives way. Pins that lag do, to each other.
 fn may_touch(one: Candidate, has_ring: bool) -> bool {
-    let free = (one.bits.x & ~leaf_words[LEAF_HELD]) | (one.bits.y & ~leaf_words[LEAF_WORDS + LEAF_HELD]);
     let any_collider = max(leaf_words[0], leaf_words[LEAF_WORDS]) >= table(NODE_PLACES);
-    return (free != 0u || !any_collider) && !(has_ring && is_in_ring(one, 0u));
+    return (gives_way(one) || !any_collider) && !(has_ring && is_in_ring(one, 0u));
+}
+
+/// Whether any node of a pair is free.
+fn gives_way(one: Candidate) -> bool {
+    let free = (one.bits.x & ~leaf_words[LEAF_HELD]) | (one.bits.y & ~leaf_words[LEAF_WORDS + LEAF_HELD]);
+    return free != 0u;
 }
 
 fn four_before(lanes: vec4u) -> array<vec3f, 4> {
@@ -217,10 +222,14 @@ fn thickness_of(one: Candidate, thickness: f32, has_ring: bool) -> f32 {
     if !(has_ring && is_in_ring(one, 8u)) {
         return thickness;
     }
-    let nodes = nodes_of(one.lanes);
-    let x = array<vec3f, 4>(start_of(nodes.x), start_of(nodes.y), start_of(nodes.z), start_of(nodes.w));
+    let x = starts_of(nodes_of(one.lanes));
     let most = norm3(closest_of(relative_to_last(x, length_of(ZERO)), one.first).apart) * NEIGHBOURS;
     return select(thickness, most, most < thickness);
+}
+
+/// Where four places were at the start of the scene [m].
+fn starts_of(nodes: vec4u) -> array<vec3f, 4> {
+    return array<vec3f, 4>(start_of(nodes.x), start_of(nodes.y), start_of(nodes.z), start_of(nodes.w));
 }
 
 /// Where a place was at the start of the scene [m].

@@ -114,7 +114,10 @@ pub const ROWS: &[Row] = &[
     }),
     row("hold_back", 64.0, MOVED, |bench| {
         let stages = [Before::LimitsAround, Before::NextRound, Before::LastRound];
-        each(bench, "hold_back", &stages, |twin, _| twin.hold_back())
+        each(bench, "hold_back", &stages, |twin, fixture| {
+            let met = fixture.substep().met_colliders();
+            twin.hold_back(&|place| met.at(place));
+        })
     }),
     row("count_surfaces", 0.0, COPIED, count),
 ];

@@ -5,7 +5,7 @@ use crate::backend::{Backend, FrameInput};
 use crate::cpu::CpuBackend;
 use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
-use crate::real::add;
+use crate::real::{add, sub};
 use crate::scene::{
     Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
     Solver,
@@ -18,7 +18,12 @@ const FOLD: ([f64; 3], f64) = ([0.6, 0.0, 0.0], 0.05);
 /// The folded strip, from its first edge to its last, at heights above each other [m].
 const FOLDED: [[f32; 2]; 5] = [[0.0, 0.0], [0.03, 0.0], [0.045, 0.006], [0.03, 0.012], [0.0, 0.012]];
 
-/// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, a box, and a strip beside them.
+/// Two layers that are all pinned: where the lower one is, how far they are apart, nearer than a plane that goes along allows, and how
+/// far their pins go [m].
+const LAYERS: ([f64; 3], f64, [f32; 3]) = ([0.3, 0.4, 0.3], 1e-4, [0.004, -0.003, 0.002]);
+
+/// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, a box, and a strip and pinned layers
+/// beside them.
 fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let touching = |name: &str, mesh: Mesh, [thickness, friction]: [f64; 2]| Body {
         self_collision: Some(SelfCollision {
@@ -43,7 +48,14 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let mut fine = touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]);
     let hem = ContactZone { select: Select::rows(0, 3), thickness: 0.0193 };
     fine.self_collision.iter_mut().for_each(|touch| touch.zones = [("hem".into(), hem.clone())].into());
+    let layer = |name: &str, height: f64| {
+        let [x, y, z] = LAYERS.0;
+        let all = Select::nodes((0..20).collect::<Vec<_>>());
+        touching(name, Mesh::grid(4, 5, [0.04, 0.03]), [0.016, 0.1]).at([x, y + height, z]).pin(all)
+    };
     scene.bodies = vec![
+        layer("under", 0.0),
+        layer("upon", LAYERS.1),
         touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
             .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
@@ -71,15 +83,23 @@ pub fn fixture(seed: u64) -> Result<Fixture, String> {
 /// The same with a solver, and with sheets so far from each other [m].
 pub fn fixture_with(seed: u64, solver: Solver, between: f64) -> Result<Fixture, String> {
     let states = |chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>| {
-        let strip = cpu.assembly().bodies.last().map(|body| body.solver_range());
+        let bodies = &cpu.assembly().bodies;
+        let strip = bodies.last().map(|body| body.solver_range());
+        let layers = bodies[..2].iter().map(|body| body.solver_range()).collect::<Vec<_>>();
         let mut old = State::default();
         let mut new = State::default();
         for (place, (&[x, y, z, w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate()
         {
             let is_folded = strip.as_ref().is_some_and(|strip| strip.contains(&place));
+            let is_layer = layers.iter().any(|layer| layer.contains(&place));
             let (at, by) = if is_folded { (folded([x, y, z]), 0.001) } else { ([x, y, z], 0.007) };
-            let start = add(at, chance.three(by));
-            let way = chance.three(if place % 11 == 0 { 0.07 } else { 0.006 });
+            let mut start = add(at, chance.three(by));
+            let mut way = chance.three(if place % 11 == 0 { 0.07 } else { 0.006 });
+            if is_layer {
+                // Some lag before, and some after.
+                let lags = [0, 1].map(|which| if place % 9 == which { [0.0, 1e-3, 0.0] } else { [0.0; 3] });
+                (start, way) = (add(at, lags[0]), sub(add(LAYERS.2, lags[1]), lags[0]));
+            }
             let [u, v, t] = chance.three(1.7);
             let mass = if place % 7 == 3 { -mass } else { mass };
             let end = add(start, way);

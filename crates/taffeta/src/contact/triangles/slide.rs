@@ -5,6 +5,7 @@
 //! what leads it towards that plane. Without that, nodes which layers press together as near as they may come would stay where they
 //! are, in whatever direction they are pulled.
 
+use crate::contact::colliders::moving::ColliderNow;
 use crate::real::{Real, add, dot, norm, scale};
 
 /// The word of a node that may go all its way.
@@ -15,8 +16,10 @@ pub const PART_STEPS: f64 = 1023.0;
 pub const STEP_BITS: u32 = 22;
 pub const AXIS_BITS: u32 = 11;
 pub const HALF_AXIS: f64 = 1023.5;
-/// Nodes slide in the first rounds of a sub-step, of which there are more only for those that go far.
+/// Nodes slide in the first rounds of a sub-step, of which there are more only for those that go far. A way along a plane is reason
+/// enough for another round where its square, times this, is what that of a node that goes far must be.
 pub const SLIDES: usize = 4;
+pub const SLIDE_COUNTS: f64 = 100.0;
 /// A node moves away from the plane by this part of its way along it: about twice as much as a direction may be off.
 pub const TILT: f64 = 4e-3;
 
@@ -36,16 +39,20 @@ pub fn part<T: Real>(word: u32) -> T {
     T::from_f64(f64::from((word >> STEP_BITS) as f32 / PART_STEPS as f32))
 }
 
-/// The way that is left of a node with this word [m], and how much of it led towards the plane [m]: none if it leads away.
+/// What must be added to the way that is left of a node with this word [m] for it to lead along the plane. Nothing if it leads away.
 #[inline]
-pub fn along<T: Real>(left: [T; 3], word: u32) -> ([T; 3], T) {
+pub fn lift<T: Real>(left: [T; 3], word: u32) -> [T; 3] {
     let away = away(word).map(|along| T::from_f64(f64::from(along)));
-    let nearer = -dot(left, away);
-    if nearer > T::ZERO {
-        (add(left, scale(away, nearer + T::from_f64(TILT) * norm(left))), nearer)
-    } else {
-        (left, T::ZERO)
-    }
+    let missing = T::from_f64(TILT) * norm(left) - dot(left, away);
+    if missing > T::ZERO { scale(away, missing) } else { [T::ZERO; 3] }
+}
+
+/// A position, moved out of the convex colliders that are no deeper there than `most` [m]: in what is deeper, a node was before.
+pub fn out_of_solids<T: Real>(colliders: &[ColliderNow<T>], x: [T; 3], most: T) -> [T; 3] {
+    colliders.iter().fold(x, |x, collider| match collider.depth_and_normal(x) {
+        Some((depth, normal)) if depth > T::ZERO && depth <= most => add(x, scale(normal, depth)),
+        _ => x,
+    })
 }
 
 /// A direction on an octahedron that is unfolded to a square (Meyer et al., "On Floating-Point Normal Vectors", 2010).
@@ -119,15 +126,14 @@ mod tests {
         let mut random = SplitMix64::new(6);
         for _ in 0..20_000 {
             let (away, left) = (unit(&mut random), scale(unit(&mut random), random.unit()));
-            let (goes, nearer) = along(left, word(0.5, away));
-            let towards = -dot(left, away);
-            assert!((nearer - towards.max(0.0)).abs() < TILT * norm(left), "{nearer} {towards}");
-            if nearer > 0.0 {
+            // All that is left, or nearly nothing but what leads along the plane.
+            let across = sub(left, scale(away, dot(left, away)));
+            for left in [left, sub(across, scale(away, 1e-5 * norm(across)))] {
+                let towards = -dot(left, away);
+                let goes = add(left, lift(left, word(0.5, away)));
                 assert!(dot(goes, away) > 0.0, "{away:?} {left:?} {goes:?}");
-                let wanted = add(left, scale(away, towards));
+                let wanted = add(left, scale(away, towards.max(0.0)));
                 assert!(norm(sub(goes, wanted)) < 2.0 * TILT * norm(left), "{goes:?} {wanted:?}");
-            } else {
-                assert_eq!(goes, left);
             }
         }
     }

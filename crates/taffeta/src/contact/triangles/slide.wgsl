@@ -13,6 +13,8 @@ const AXIS_BITS: u32 = 11u;
 const HALF_AXIS: f32 = 1023.5;
 /// A node moves away from the plane by this part of its way along it.
 const TILT: f32 = 4e-3;
+/// How much more the square of a way along a plane counts than that of a node that goes far.
+const SLIDE_COUNTS: f32 = 100.0;
 
 /// The lower half of the octahedron lies around the upper one.
 fn folded(at: vec2f) -> vec2f {
@@ -49,10 +51,9 @@ fn away_from_plane(word: u32) -> vec3f {
     return away / norm3(away);
 }
 
-/// The way that is left of a node with this word [m], and how much of it led towards the plane [m].
-fn along_plane(left: vec3f, word: u32) -> vec4f {
+/// What must be added to the way that is left of a node with this word [m] for it to lead along the plane.
+fn lift_of(left: vec3f, word: u32) -> vec3f {
     let away = away_from_plane(word);
-    let nearer = -dot3(left, away);
-    let goes = left + away * (nearer + TILT * norm3(left));
-    return select(vec4f(left, 0.0), vec4f(goes, nearer), nearer > 0.0);
+    let missing = TILT * norm3(left) - dot3(left, away);
+    return select(vec3f(0.0), away * missing, missing > 0.0);
 }

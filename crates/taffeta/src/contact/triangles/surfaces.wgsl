@@ -199,8 +199,8 @@ fn set_counted(word: u32, value: u32) {
     atomicStore(&surface_work[word], value);
 }
 
-// Lists of numbers by place: contacts, where the list of these begins and how many are in it yet, the part of the way that
-// the filter leaves, and when it held the node back.
+// Lists of numbers by place: contacts, where the list of these begins and how many are in it yet, what the filter leaves of the way
+// and which plane stops it (slide.wgsl), and when the node was held back.
 fn count_at(place: u32) -> u32 {
     return LISTS + place;
 }

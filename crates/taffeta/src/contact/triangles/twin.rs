@@ -1,10 +1,11 @@
 //! Contact of surfaces on the device's arrays, one number after the other: what rows compare kernels with.
 
+use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::triangles::gpu::{bucket_of, order_of};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::contact::triangles::impulse::{Contact, mobility};
-use crate::contact::triangles::slide::{UNLIMITED, along, part};
+use crate::contact::triangles::slide::{SLIDE_COUNTS, UNLIMITED, lift, out_of_solids, part};
 use crate::contact::triangles::solved::sustained;
 use crate::gpu::layout::{Four, NONE};
 use crate::real::{Real, add, dot, norm, scale, sub};
@@ -439,7 +440,8 @@ impl Twin {
         }
     }
 
-    pub fn hold_back(&mut self) {
+    /// `met` are the colliders that the node at a place meets.
+    pub fn hold_back<'m>(&mut self, met: &dyn Fn(usize) -> &'m [ColliderNow<f32>]) {
         let in_rounds = self.work[layout::IN_ROUNDS] != 0;
         for place in self.surface_nodes() {
             let at = self.list(3) + place;
@@ -449,12 +451,14 @@ impl Twin {
                 self.put(layout::TARGET, place, [x, y, z]);
                 self.put(layout::TARGET_VELOCITY, place, [u, v, t]);
             } else {
-                self.hold_node(place, limit, in_rounds);
+                // Who is led out of colliders is not thrown out.
+                let is_led = self.knots[layout::KNOT_WORDS * place + layout::KNOT_LED] != 0;
+                self.hold_node(place, limit, in_rounds, if is_led { &[] } else { met(place) });
             }
         }
     }
 
-    fn hold_node(&mut self, place: usize, limit: u32, in_rounds: bool) {
+    fn hold_node(&mut self, place: usize, limit: u32, in_rounds: bool, met: &[ColliderNow<f32>]) {
         let ([x, y, z, w], [u, v, t, m]) = (self.position[place], self.velocity[place]);
         let (start, wanted) = (self.place(layout::BEFORE, place), [x, y, z]);
         let to = if limit == UNLIMITED { wanted } else { add(start, scale(sub(wanted, start), part(limit))) };
@@ -472,18 +476,18 @@ impl Twin {
         let speed_to = |to: [f32; 3]| sub(to, at_start).map(|way| way / h);
         let [p, q, r] = speed_to(to);
         self.velocity[place] = [p, q, r, m];
-        let left = sub(goal, to);
-        let (left, nearer) = if limit != UNLIMITED && w > 0.0 { along(left, limit) } else { (left, 0.0) };
-        let (goal, speed) =
-            if nearer > 0.0 { (add(to, left), speed_to(add(to, left))) } else { (goal, speed) };
+        let left = sub(wanted, to);
+        let lift = if limit != UNLIMITED && w > 0.0 { lift(left, limit) } else { [0.0; 3] };
+        let slides = lift != [0.0; 3];
+        let goal = if slides { out_of_solids(met, add(goal, lift), norm(left)) } else { goal };
         self.put(layout::TARGET, place, goal);
-        self.put(layout::TARGET_VELOCITY, place, speed);
+        self.put(layout::TARGET_VELOCITY, place, if slides { speed_to(goal) } else { speed });
         let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
-        let [way, left] = [sub(to, start), left].map(|way| dot(way, way));
+        let [way, slid, rest] = [sub(to, start), add(left, lift), sub(goal, to)].map(|way| dot(way, way));
         let mut most = |word: usize, number: f32| self.work[word] = self.work[word].max(number.to_bits());
         most(layout::PROGRESS, if is_far { way } else { 0.0 });
-        most(layout::PROGRESS, if nearer > 0.0 { left } else { 0.0 });
-        most(layout::WAY_TAKEN, if w > 0.0 { left } else { 0.0 });
-        most(layout::MOST_WAY_TAKEN, nearer * nearer);
+        most(layout::PROGRESS, if slides { slid * SLIDE_COUNTS as f32 } else { 0.0 });
+        most(layout::WAY_TAKEN, if w > 0.0 { rest } else { 0.0 });
+        most(layout::MOST_WAY_TAKEN, dot(lift, lift));
     }
 }

@@ -3,7 +3,7 @@
 use crate::contact::triangles::carry::reach_of_pushes;
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::cones::Nearest;
-use crate::contact::triangles::filter::{limits, reach, reach_together};
+use crate::contact::triangles::filter::{keeps_shape, limits, reach, reach_together};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SurfaceContact};
 use crate::contact::triangles::impulse::{KEEPS, grip};
 use crate::contact::triangles::slide::word;
@@ -161,21 +161,17 @@ impl Twin {
     /// Pairs of primitives of two leaves that can touch, with their nodes and their thickness.
     pub fn touching(&self, pair: [u32; 4]) -> Vec<(Candidate, [usize; 4], f32)> {
         let [a, b] = [pair[0] as usize, pair[1] as usize];
-        let is_held = |&(leaf, lane): &(usize, usize)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1;
         let all = self.candidates(a, b).into_iter();
         let any_collider =
             [a, b].iter().any(|&leaf| self.leaf(leaf)[0] as usize >= self.table(layout::NODE_PLACES));
-        let give_way = |one: &Candidate| !any_collider || !one.lanes.iter().all(is_held);
+        let give_way = |one: &Candidate| !any_collider || self.gives_way(one);
         let may = |one: &Candidate| !self.is_in_ring(one, pair, 0) && give_way(one);
         all.filter(may)
             .map(|one| {
                 let nodes = one.lanes.map(|lane| self.node(lane));
                 let [thickness, _] = self.material(a, b);
-                let start = |node: usize| -> [f32; 3] {
-                    let at = self.table(layout::START_AT) + 3 * node;
-                    std::array::from_fn(|axis| f32::from_bits(self.tables[at + axis]))
-                };
-                let most = norm(closest(relative(nodes.map(start)), one.first).apart) * NEIGHBOURS as f32;
+                let start = nodes.map(|node| self.start(node));
+                let most = norm(closest(relative(start), one.first).apart) * NEIGHBOURS as f32;
                 let is_near = self.is_in_ring(&one, pair, 8);
                 (one, nodes, if is_near && most < thickness { most } else { thickness })
             })
@@ -205,8 +201,8 @@ impl Twin {
                 let Closest { weights, apart } = closest(x, one.first);
                 let order = [pair[0], pair[1], one.order];
                 match self.rule(nodes, one.first) {
-                    Rule::Apart => {}
-                    Rule::Ignored => continue,
+                    Rule::Apart if self.gives_way(&one) => {}
+                    Rule::Apart | Rule::Ignored => continue,
                     Rule::Through { above } => {
                         if leads && norm(apart) < most * thickness {
                             self.lead_back(nodes, weights, thickness, above, order);
@@ -376,6 +372,9 @@ impl Twin {
                 let moves: Four3 = std::array::from_fn(|i| sub(ends[i], x[i]));
                 let x = relative(x);
                 let (apart, together) = (closest(x, one.first).apart, kind == layout::NEAR);
+                if together && self.are_pinned_as_one(nodes) {
+                    continue;
+                }
                 let found = match one.first {
                     1 => limits::<f32, VertexTriangle>(x, moves, apart, (thickness, far), together),
                     _ => limits::<f32, EdgeEdge>(x, moves, apart, (thickness, far), together),
@@ -389,6 +388,27 @@ impl Twin {
                 }
             }
         }
+    }
+}
+
+impl Twin {
+    /// Whether any node of a pair is free.
+    fn gives_way(&self, one: &Candidate) -> bool {
+        !one.lanes.iter().all(|&(leaf, lane)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1)
+    }
+
+    fn start(&self, node: usize) -> [f32; 3] {
+        let at = self.table(layout::START_AT) + 3 * node;
+        std::array::from_fn(|axis| f32::from_bits(self.tables[at + axis]))
+    }
+
+    fn are_pinned_as_one(&self, nodes: [usize; 4]) -> bool {
+        let is_one = |array: usize| {
+            keeps_shape(nodes.map(|node| self.start(node)), nodes.map(|node| self.place(array, node)))
+        };
+        nodes.iter().all(|&node| node < self.nodes() && self.position[node][3] <= 0.0)
+            && is_one(layout::BEFORE)
+            && is_one(layout::AFTER)
     }
 }
 

@@ -57,7 +57,7 @@ fn twin<'a>(fixture: &'a Fixture, entry: &str, case: usize) -> ContactTwin<'a> {
     match entry {
         "part_systems" => twin.joins.fill(0),
         "take_contacts" => {}
-        "name_systems" => twin.joins = vec![0, 1, 1, 2, 4],
+        "name_systems" => twin.joins = vec![0, 1, 2, 3, 3, 4, 6],
         _ => twin.take_contacts(),
     }
     if entry != "take_contacts" {

@@ -1,16 +1,17 @@
 //! The filter: how far each node may go.
 
 use super::{TriangleContact, positions, read};
+use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::{Motion, state_at};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
 use crate::contact::triangles::cpu::untangle::lifts;
-use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, reach};
-use crate::contact::triangles::slide::{SLIDES, UNLIMITED, along, part, word};
+use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, keeps_shape, reach};
+use crate::contact::triangles::slide::{SLIDE_COUNTS, SLIDES, UNLIMITED, lift, out_of_solids, part, word};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, add, dot, scale, sub};
+use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::step::FILTERS;
 use crate::topology::LANES;
 use std::sync::atomic::Ordering;
@@ -142,13 +143,32 @@ impl<T: Real> TriangleContact<T> {
             apart: &mut apart,
         });
         let first = kind.first();
-        for (which, (nodes, parts)) in nodes.iter().zip(&parts).enumerate() {
-            for (lane, (&node, &part)) in nodes.iter().zip(parts).take(*count).enumerate() {
+        for lane in 0..*count {
+            let (pair, parts) = (nodes.map(|nodes| nodes[lane]), parts.map(|parts| parts[lane]));
+            let is_free = parts.iter().all(|&part| part >= T::ONE);
+            if is_free || together && self.are_pinned_as_one(worker, pair) {
+                continue;
+            }
+            let apart = apart.map(|lanes| lanes[lane]);
+            for (which, (node, part)) in pair.into_iter().zip(parts).enumerate() {
                 if part < T::ONE && node < places {
-                    let apart = apart.map(|lanes| lanes[lane]);
                     note(node as usize, part, if which < first { apart } else { apart.map(|along| -along) });
                 }
             }
+        }
+    }
+
+    /// Whether all nodes of a pair are pinned, and have kept their distances of the start before and after: pins move them as one, and
+    /// none of them lags.
+    fn are_pinned_as_one(&self, worker: &Worker<'_, T>, pair: [u32; 4]) -> bool {
+        let is_pinned = |&node: &u32| {
+            (node as usize) < self.surfaces.places && worker.nodes.inverse_mass[node as usize] <= T::ZERO
+        };
+        pair.iter().all(is_pinned) && {
+            let start = pair.map(|node| self.start.each_ref().map(|column| column[node as usize]));
+            let [before, after] =
+                [&self.before, &self.after].map(|columns| pair.map(|node| self.get(columns, node as usize)));
+            keeps_shape(start, before) && keeps_shape(start, after)
         }
     }
 
@@ -283,22 +303,26 @@ impl<T: Real> TriangleContact<T> {
         }
         // Who is held goes where its pin goes, however short the steps are.
         let is_free = worker.nodes.inverse_mass[place] > T::ZERO;
-        let left = sub(goal, to);
-        let (left, nearer) = if limit != UNLIMITED && is_free { along(left, limit) } else { (left, T::ZERO) };
+        let left = sub(wanted, to);
+        let lift = if limit != UNLIMITED && is_free { lift(left, limit) } else { [T::ZERO; 3] };
         let (old, h) = (positions(worker.old()).map(|column| column[place]), worker.substep.h);
         let at = |x: [T; 3]| {
             let v = sub(x, old).map(|way| way / h);
             [x[0], x[1], x[2], v[0], v[1], v[2]]
         };
-        let slides = nearer > T::ZERO;
-        self.set_target(place, if slides { at(add(to, left)) } else { target });
-        let [way, left] = [sub(to, from), left].map(|way| dot(way, way));
-        let progress = if is_far { way } else { T::ZERO };
+        let slides = lift != [T::ZERO; 3];
+        let slid = add(left, lift);
+        let goal =
+            if slides { out_of_solids(met_by(worker, place), add(goal, lift), norm(left)) } else { goal };
+        self.set_target(place, if slides { at(goal) } else { target });
+        let squared = |way: [T; 3]| dot(way, way);
+        let farther = if is_far { squared(sub(to, from)) } else { T::ZERO };
+        let slid = squared(slid) * T::from_f64(SLIDE_COUNTS);
         Held {
             state: at(to),
-            progress: if slides { progress.max(left) } else { progress },
-            taken: if is_free { left } else { T::ZERO },
-            removed: nearer * nearer,
+            progress: if slides { farther.max(slid) } else { farther },
+            taken: if is_free { squared(sub(goal, to)) } else { T::ZERO },
+            removed: squared(lift),
         }
     }
 
@@ -307,6 +331,12 @@ impl<T: Real> TriangleContact<T> {
         self.put(&self.target[..3], place, [x, y, z]);
         self.put(&self.target[3..], place, [u, v, w]);
     }
+}
+
+/// The colliders that a node meets: none while it is led out of them, for it is not thrown out.
+fn met_by<'w, T: Real>(worker: &Worker<'w, T>, place: usize) -> &'w [ColliderNow<T>] {
+    let is_led = lifts(worker).binary_search_by_key(&(place as u32), |lift| lift.node).is_ok();
+    if is_led { &[] } else { worker.substep.met_colliders().at(place) }
 }
 
 /// Where a node goes in a round of the filter.

@@ -68,7 +68,7 @@ pub struct TriangleContact<T> {
     /// Where nodes and corners of colliders are before the sub-step, or the round of the filter, and after it [m].
     before: [Shared<T>; 3],
     after: [Shared<T>; 3],
-    /// Where nodes would end that need several rounds of the filter [m], and their velocities there [m/s]. Before the filter:
+    /// Where nodes go in the rounds of the filter that are left [m], and their velocities there [m/s]. Before the filter:
     /// how far colliders have pushed them, and what this round adds [m].
     target: [Shared<T>; 6],
     /// What each worker has found.
@@ -122,8 +122,8 @@ struct Scratch<T> {
     /// What marks nodes that are held back, and what marked the first in this round of the filter.
     stamp: u64,
     first_stamp: u64,
-    /// The longest way that the filter has taken of a node, squared [m²]: in sub-steps of the frame that are over, and after the last
-    /// round.
+    /// The longest way that the filter has taken of a node, squared [m²]: in all rounds of the frame that leave nothing of it, and what
+    /// the last round has left.
     taken: [f64; 2],
     /// One more than the last node that had no room between colliders in the frame.
     squeezed: u32,

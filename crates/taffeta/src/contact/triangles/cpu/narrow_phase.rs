@@ -46,11 +46,16 @@ impl Candidate {
     /// Whether they can hang together, or are a collider and pinned nodes: neither gives way. Pins that lag do, to each other.
     #[inline]
     fn is_none(&self, ring: Option<&Ring>, leaves: [&Leaf; 2], places: usize) -> bool {
-        let [one, other] = self.lanes(leaves);
-        let free = bits(one) & !leaves[0].held | bits(other) & !leaves[1].held;
         let is_collider = |leaf: &Leaf| leaf.nodes[0] as usize >= places;
-        free == 0 && leaves.into_iter().any(is_collider)
+        !self.gives_way(leaves) && leaves.into_iter().any(is_collider)
             || ring.is_some_and(|ring| self.is_in(&ring.same, leaves))
+    }
+
+    /// Whether any node of theirs is free.
+    #[inline]
+    pub fn gives_way(&self, leaves: [&Leaf; 2]) -> bool {
+        let [one, other] = self.lanes(leaves);
+        bits(one) & !leaves[0].held | bits(other) & !leaves[1].held != 0
     }
 }
 

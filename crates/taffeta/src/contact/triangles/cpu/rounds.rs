@@ -156,14 +156,16 @@ impl<T: Real> TriangleContact<T> {
                         let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
                         let last = (order, force, carried.and_then(|carried| carried.solved));
                         contacts.extend(match rule {
-                            Rule::Apart => look.contact((seen, lane, before), &one, last, asked),
+                            Rule::Apart if one.candidate.gives_way(look.leaves) => {
+                                look.contact((seen, lane, before), &one, last, asked)
+                            }
                             Rule::Through { above } if asked.leads => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
                                 let most = asked.within.max(T::from_f64(KEEPS)) * one.thickness;
                                 let is_near = seen.distance[lane] < most;
                                 if is_near { back(before, &one, weights, above) } else { None }
                             }
-                            Rule::Through { .. } | Rule::Ignored => None,
+                            Rule::Apart | Rule::Through { .. } | Rule::Ignored => None,
                         });
                     }
                 }
