@@ -41,7 +41,7 @@ pub const STRETCH: f64 = 2.0;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 pub const JAMS: u32 = 16;
 /// The rounds of a sub-step end when no node that has far to go gets farther by this, relative to the longest way of a round, and none
-/// slides by a tenth of it.
+/// slides by as much.
 pub const PROGRESS: f64 = 0.02;
 /// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.
 pub const ALLOWANCE: f64 = 0.02;

@@ -137,7 +137,7 @@ fn hold_node(place: u32, limit: u32, in_rounds: bool) -> vec3f {
     let way = to - start;
     let slid = left + lift;
     let farther = select(0.0, dot3(way, way), is_far && !arrives);
-    let along = select(0.0, dot3(slid, slid) * SLIDE_COUNTS, slides);
+    let along = select(0.0, dot3(slid, slid), slides);
     let rest = new_goal - to;
     return vec3f(max(farther, along), select(0.0, dot3(rest, rest), is_free && !arrives), dot3(lift, lift));
 }

@@ -16,10 +16,8 @@ pub const PART_STEPS: f64 = 1023.0;
 pub const STEP_BITS: u32 = 22;
 pub const AXIS_BITS: u32 = 11;
 pub const HALF_AXIS: f64 = 1023.5;
-/// Nodes slide in the first rounds of a sub-step, of which there are more only for those that go far. A way along a plane is reason
-/// enough for another round where its square, times this, is what that of a node that goes far must be.
+/// Nodes slide in the first rounds of a sub-step, of which there are more only for those that go far.
 pub const SLIDES: usize = 4;
-pub const SLIDE_COUNTS: f64 = 100.0;
 /// A node moves away from the plane by this part of its way along it: about twice as much as a direction may be off.
 pub const TILT: f64 = 4e-3;
 

@@ -13,8 +13,6 @@ const AXIS_BITS: u32 = 11u;
 const HALF_AXIS: f32 = 1023.5;
 /// A node moves away from the plane by this part of its way along it.
 const TILT: f32 = 4e-3;
-/// How much more the square of a way along a plane counts than that of a node that goes far.
-const SLIDE_COUNTS: f32 = 100.0;
 
 /// The lower half of the octahedron lies around the upper one.
 fn folded(at: vec2f) -> vec2f {

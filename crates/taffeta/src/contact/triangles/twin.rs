@@ -5,7 +5,7 @@ use crate::contact::triangles::gpu::{bucket_of, order_of};
 use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::contact::triangles::impulse::{Contact, mobility};
-use crate::contact::triangles::slide::{SLIDE_COUNTS, UNLIMITED, lift, out_of_solids, part};
+use crate::contact::triangles::slide::{UNLIMITED, lift, out_of_solids, part};
 use crate::contact::triangles::solved::sustained;
 use crate::gpu::layout::{Four, NONE};
 use crate::real::{Real, add, dot, norm, scale, sub};
@@ -486,7 +486,7 @@ impl Twin {
         let [way, slid, rest] = [sub(to, start), add(left, lift), sub(goal, to)].map(|way| dot(way, way));
         let mut most = |word: usize, number: f32| self.work[word] = self.work[word].max(number.to_bits());
         most(layout::PROGRESS, if is_far { way } else { 0.0 });
-        most(layout::PROGRESS, if slides { slid * SLIDE_COUNTS as f32 } else { 0.0 });
+        most(layout::PROGRESS, if slides { slid } else { 0.0 });
         most(layout::WAY_TAKEN, if w > 0.0 { rest } else { 0.0 });
         most(layout::MOST_WAY_TAKEN, dot(lift, lift));
     }

@@ -108,7 +108,6 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("HALF_AXIS", slide::HALF_AXIS),
         ("TILT", slide::TILT),
         ("SLIDES", slide::SLIDES as f64),
-        ("SLIDE_COUNTS", slide::SLIDE_COUNTS),
         ("AS_ONE", filter::AS_ONE),
         ("ROOM_BEFORE", filter::ROOM_BEFORE),
         ("PUSHES", carry::PUSHES as f64),

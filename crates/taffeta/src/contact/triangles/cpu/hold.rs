@@ -7,7 +7,7 @@ use crate::contact::triangles::cpu::motion::{Motion, state_at};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
 use crate::contact::triangles::cpu::untangle::lifts;
 use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, keeps_shape, reach};
-use crate::contact::triangles::slide::{SLIDE_COUNTS, SLIDES, UNLIMITED, lift, out_of_solids, part, word};
+use crate::contact::triangles::slide::{SLIDES, UNLIMITED, lift, out_of_solids, part, word};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
@@ -317,7 +317,7 @@ impl<T: Real> TriangleContact<T> {
         self.set_target(place, if slides { at(goal) } else { target });
         let squared = |way: [T; 3]| dot(way, way);
         let farther = if is_far { squared(sub(to, from)) } else { T::ZERO };
-        let slid = squared(slid) * T::from_f64(SLIDE_COUNTS);
+        let slid = squared(slid);
         Held {
             state: at(to),
             progress: if slides { farther.max(slid) } else { farther },
