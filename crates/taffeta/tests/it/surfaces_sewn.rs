@@ -22,8 +22,11 @@ fn what_is_sewn_together_does_not_pass_through_itself() {
     scene = scene.seam(Seam::new(row("upper", 6), row("lower", 0)));
     scene = scene.seam(Seam::new(row("lower", 0), row("aside", 0)));
     let mut simulation = build_as(&scene, Precision::F32, 2);
-    run_free(&mut simulation, 40, "an armpit");
-    assert!(simulation.report().pairs > 0);
+    let touched = (0..40).map(|_| {
+        run_free(&mut simulation, 1, "an armpit");
+        simulation.report().pairs
+    });
+    assert!(touched.sum::<u64>() > 0);
 }
 
 #[test]
