@@ -389,19 +389,19 @@ impl Twin {
             }
         }
     }
-}
 
-impl Twin {
     /// Whether any node of a pair is free.
     fn gives_way(&self, one: &Candidate) -> bool {
         !one.lanes.iter().all(|&(leaf, lane)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1)
     }
 
+    /// Where a node was at the start of the scene [m].
     fn start(&self, node: usize) -> [f32; 3] {
         let at = self.table(layout::START_AT) + 3 * node;
         std::array::from_fn(|axis| f32::from_bits(self.tables[at + axis]))
     }
 
+    /// Whether all nodes of a pair are pinned, and have kept their distances of the start.
     fn are_pinned_as_one(&self, nodes: [usize; 4]) -> bool {
         let is_one = |array: usize| {
             keeps_shape(nodes.map(|node| self.start(node)), nodes.map(|node| self.place(array, node)))
