@@ -41,7 +41,7 @@ impl ColliderMeshes {
         !self.parts.is_empty()
     }
 
-    /// The records of a sub-step's colliders as the nodes of some places meet them: `first_met` of met.wgsl.
+    /// The records of a sub-step's colliders as the nodes of some places meet them: `met_by` of met.wgsl.
     pub fn records(&self, met: MetColliders<'_, f32>, places: &Range<usize>) -> Vec<Collider> {
         let mut all: Vec<Collider> = met.all().iter().map(|now| self.record(now)).collect();
         for own in met.apart() {

@@ -38,9 +38,9 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
 /// The deepest predicted contact of the node at a place with a mesh.
 fn deepest_mesh_contact(place: u32, node: Approach) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
-    let first = first_met(place, 0u);
+    let met = met_by(place, 0u);
     for (var i = 0u; i < substeps[own()].colliders; i++) {
-        let collider = colliders[first + i];
+        let collider = collider_met(met, i);
         if collider.kind == MESH {
             let candidate = predict_mesh_contact(collider, node);
             if candidate.inside > found.inside {

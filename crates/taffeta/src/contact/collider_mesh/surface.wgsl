@@ -48,7 +48,7 @@ struct MeshContact {
     passed: bool,
 }
 
-/// The nearest point of a mesh.
+/// The nearest point of a triangle.
 struct Nearest {
     /// Barycentric coordinates.
     barycentric: vec3f,
@@ -171,109 +171,91 @@ fn outward_of(found: MeshContact) -> MeshContact {
     return MeshContact(vec3f(none), none, vec3f(none), true);
 }
 
-/// A nearer point of a mesh, if a triangle has one; none past the last.
-fn nearer(best: Nearest, collider: Collider, mesh: MeshPart, x: vec3f, triangle: u32) -> Nearest {
-    if triangle >= mesh.count {
-        return best;
+/// A walk through a mesh's tree. It has no stack, which would take more registers than all else.
+struct Walk {
+    /// The box or triangle where it is: box i has the halves 2i and 2i + 1, and the four triangles of a leaf are those of halves
+    /// that have no boxes. 0 behind the last.
+    index: u32,
+    /// Whether the other half waits, a bit a level, the lowest for this one; the tree has less than 32 levels.
+    waiting: u32,
+}
+
+/// Into one half of a box; the other waits.
+fn down(walk: Walk, half: u32) -> Walk {
+    return Walk(2u * walk.index + half, 2u * walk.waiting + 1u);
+}
+
+/// To the next half that waits.
+fn on(walk: Walk) -> Walk {
+    if walk.waiting == 0u {
+        return Walk(0u, 0u);
     }
-    let corners = corners_of(mesh, triangle, collider.v);
+    let levels = countTrailingZeros(walk.waiting);
+    return Walk((walk.index >> levels) ^ 1u, (walk.waiting >> levels) ^ 1u);
+}
+
+/// Whether a half has a box.
+fn has_box(mesh: MeshPart, index: u32) -> bool {
+    return index < 2u * mesh.width;
+}
+
+/// The nearest point of a triangle.
+fn nearest_in(triangle: u32, corners: Corners, x: vec3f) -> Nearest {
     let barycentric = barycentric_of_nearest(x, corners);
     let apart = x - mix_of(corners, barycentric);
-    let squared = dot3(apart, apart);
-    if squared < best.squared || (squared == best.squared && triangle < best.triangle) {
-        return Nearest(barycentric, triangle, apart, squared);
-    }
-    return best;
-}
-
-/// The nearest point at the end of the sub-step, of the first among triangles that are equally near, if boxes within `most`
-/// [m²] have one. Triangles are taken for boxes two levels below the leaves, so that a walk has one loop.
-fn nearest_of(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> Nearest {
-    var best = Nearest(vec3f(0.0), NO_TRIANGLE, vec3f(0.0), FAR);
-    // A box a level waits, and the tree has less than 32 levels; then four triangles.
-    var stack: array<u32, 40>;
-    stack[0] = 1u;
-    var waiting = 1u;
-    while waiting > 0u && may_turn() {
-        waiting--;
-        let index = stack[waiting];
-        if index >= 4u * mesh.width {
-            best = nearer(best, collider, mesh, x, index - 4u * mesh.width);
-            continue;
-        }
-        if box_squared(mesh, index, x) > min(best.squared, most) * LOOSE + mesh.rounding {
-            continue;
-        }
-        if index >= mesh.width {
-            stack[waiting] = 4u * index + 3u;
-            stack[waiting + 1u] = 4u * index + 2u;
-            stack[waiting + 2u] = 4u * index + 1u;
-            stack[waiting + 3u] = 4u * index;
-            waiting += 4u;
-            continue;
-        }
-        let right_first = box_squared(mesh, 2u * index + 1u, x) < box_squared(mesh, 2u * index, x);
-        stack[waiting] = 2u * index + select(1u, 0u, right_first);
-        stack[waiting + 1u] = 2u * index + select(0u, 1u, right_first);
-        waiting += 2u;
-    }
-    return best;
-}
-
-/// The earlier of two crossings; of two at the same time, the first.
-fn sooner(first: Crossing, found: Crossing) -> bool {
-    if found.triangle == NO_TRIANGLE {
-        return false;
-    }
-    let equal = found.fraction == first.fraction && found.triangle < first.triangle;
-    return first.triangle == NO_TRIANGLE || found.fraction < first.fraction || equal;
+    return Nearest(barycentric, triangle, apart, dot3(apart, apart));
 }
 
 /// The crossings of a segment.
 struct Passage {
-    /// The first triangle, and its crossing.
-    hit: Crossing,
+    /// The triangle that is crossed first, and the fraction of the segment before that.
+    triangle: u32,
+    fraction: f32,
     /// Whether any triangle is crossed outward.
     comes_out: bool,
+}
+
+/// Whether a crossing comes before all that are known; of two at the same time, that of the first triangle.
+fn is_sooner(found: Crossing, known: Passage) -> bool {
+    if found.triangle == NO_TRIANGLE {
+        return false;
+    }
+    let equal = found.fraction == known.fraction && found.triangle < known.triangle;
+    return known.triangle == NO_TRIANGLE || found.fraction < known.fraction || equal;
+}
+
+/// The crossing of a segment and a triangle while the mesh moves.
+fn crossing_in(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f, triangle: u32) -> Crossing {
+    let before = corners_of(mesh, triangle, collider.u);
+    return crossing_of(start, end, before, corners_of(mesh, triangle, collider.v), triangle);
 }
 
 /// The crossings of a segment while the mesh moves.
 fn passage_of(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Passage {
     let lo = select(end, start, start < end);
     let hi = select(start, end, start < end);
-    var passage = Passage(no_crossing(), false);
-    var stack: array<u32, 40>;
-    stack[0] = 1u;
-    var waiting = 1u;
-    while waiting > 0u && may_turn() {
-        waiting--;
-        let index = stack[waiting];
+    var passage = Passage(NO_TRIANGLE, 0.0, false);
+    var walk = Walk(1u, 0u);
+    while walk.index > 0u && may_turn() {
+        let index = walk.index;
         if index >= 4u * mesh.width {
             let triangle = index - 4u * mesh.width;
             if triangle < mesh.count {
-                let before = corners_of(mesh, triangle, collider.u);
-                let found = crossing_of(start, end, before, corners_of(mesh, triangle, collider.v), triangle);
+                let found = crossing_in(collider, mesh, start, end, triangle);
                 passage.comes_out |= found.triangle != NO_TRIANGLE && !found.inward;
-                if sooner(passage.hit, found) {
-                    passage.hit = found;
+                if is_sooner(found, passage) {
+                    passage.triangle = triangle;
+                    passage.fraction = found.fraction;
                 }
             }
+            walk = on(walk);
             continue;
         }
-        if !boxes_meet(mesh, index, lo, hi) {
+        if has_box(mesh, index) && !boxes_meet(mesh, index, lo, hi) {
+            walk = on(walk);
             continue;
         }
-        if index >= mesh.width {
-            stack[waiting] = 4u * index + 3u;
-            stack[waiting + 1u] = 4u * index + 2u;
-            stack[waiting + 2u] = 4u * index + 1u;
-            stack[waiting + 3u] = 4u * index;
-            waiting += 4u;
-            continue;
-        }
-        stack[waiting] = 2u * index + 1u;
-        stack[waiting + 1u] = 2u * index;
-        waiting += 2u;
+        walk = down(walk, 0u);
     }
     return passage;
 }
@@ -290,13 +272,15 @@ struct Outward {
     faces: f32,
 }
 
-/// Adds the pseudonormal of a triangle, if it shares the corner or edge on which the nearest point is.
-fn with_pseudonormal(sum: Outward, collider: Collider, mesh: MeshPart, found: Nearest, triangle: u32) -> Outward {
-    let own = found.barycentric != vec3f(0.0);
-    let wanted = select(vec3u(NO_TRIANGLE), mesh_data[mesh.triangles + found.triangle].xyz, own);
+/// Adds the pseudonormal of a triangle, if it shares the corner or edge of the nearest one that the nearest point is on: `own` are its
+/// corners.
+fn with_pseudonormal(
+    sum: Outward, mesh: MeshPart, nearest: u32, own: vec3<bool>, triangle: u32, corners: Corners,
+) -> Outward {
+    let wanted = select(vec3u(NO_TRIANGLE), mesh_data[mesh.triangles + nearest].xyz, own);
     let at = corners_on(mesh_data[mesh.triangles + triangle].xyz, wanted);
     if corners_in(at) == corners_in(own) {
-        return Outward(sum.way + pseudonormal(corners_of(mesh, triangle, collider.v), at), 0.0);
+        return Outward(sum.way + pseudonormal(corners, at), 0.0);
     }
     return sum;
 }
@@ -308,98 +292,77 @@ fn facing(apart: vec3f, squared: f32, way: vec3f) -> f32 {
 }
 
 /// The normal of a triangle, if the triangle is within `bound` [m²] and its normal faces the position more.
-fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, bound: f32, triangle: u32) -> Outward {
-    let corners = corners_of(mesh, triangle, collider.v);
-    let apart = x - mix_of(corners, barycentric_of_nearest(x, corners));
-    let squared = dot3(apart, apart);
+fn more_facing(best: Outward, there: Nearest, corners: Corners, bound: f32) -> Outward {
     let normal = normal_of(corners);
-    let faces = facing(apart, squared, normal);
-    if squared <= bound && faces > best.faces {
+    let faces = facing(there.apart, there.squared, normal);
+    if there.squared <= bound && faces > best.faces {
         return Outward(normal, faces);
     }
     return best;
 }
 
-/// Visits all triangles that may be within `bound` [m²]: for the one that faces the position most, or for the sum of
-/// their pseudonormals.
-fn asked_around(
-    start: Outward, collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, bound: f32, is_grazing: bool,
-) -> Outward {
-    var outward = start;
-    var stack: array<u32, 40>;
-    stack[0] = 1u;
-    var waiting = 1u;
-    while waiting > 0u && may_turn() {
-        waiting--;
-        let index = stack[waiting];
+/// What is sought around a position.
+struct Around {
+    /// The nearest triangle, the first among those that are equally near; NO_TRIANGLE: none is as near as was asked for.
+    nearest: u32,
+    /// Squared distance of that [m²].
+    squared: f32,
+    outward: Outward,
+}
+
+/// What a walk looks for: the nearest triangle, the sum of the pseudonormals at its corner or edge, or the triangle that faces the
+/// position most.
+const SEEK_NEAREST: u32 = 0u;
+const SEEK_SUM: u32 = 1u;
+const SEEK_FACING: u32 = 2u;
+
+/// Visits all triangles that may be within `bound` [m²] at the end of the sub-step. `own` are the corners of the nearest one that its
+/// nearest point is on.
+fn sought(
+    known: Around, collider: Collider, mesh: MeshPart, x: vec3f, own: vec3<bool>, bound: f32, what: u32,
+) -> Around {
+    var around = known;
+    var walk = Walk(1u, 0u);
+    while walk.index > 0u && may_turn() {
+        let index = walk.index;
         if index >= 4u * mesh.width {
             let triangle = index - 4u * mesh.width;
-            if triangle < mesh.count && is_grazing {
-                outward = more_facing(outward, collider, mesh, x, bound, triangle);
-            } else if triangle < mesh.count {
-                outward = with_pseudonormal(outward, collider, mesh, found, triangle);
+            walk = on(walk);
+            if triangle >= mesh.count {
+                continue;
+            }
+            let corners = corners_of(mesh, triangle, collider.v);
+            let there = nearest_in(triangle, corners, x);
+            if what == SEEK_NEAREST {
+                let is_first = there.squared == around.squared && triangle < around.nearest;
+                if there.squared < around.squared || is_first {
+                    around.nearest = triangle;
+                    around.squared = there.squared;
+                }
+            } else if what == SEEK_SUM {
+                around.outward = with_pseudonormal(around.outward, mesh, around.nearest, own, triangle, corners);
+            } else {
+                around.outward = more_facing(around.outward, there, corners, bound);
             }
             continue;
         }
-        if box_squared(mesh, index, x) > bound * LOOSE + mesh.rounding {
+        let most = select(bound, min(around.squared, bound), what == SEEK_NEAREST);
+        if has_box(mesh, index) && box_squared(mesh, index, x) > most * LOOSE + mesh.rounding {
+            walk = on(walk);
             continue;
         }
-        if index >= mesh.width {
-            stack[waiting] = 4u * index + 3u;
-            stack[waiting + 1u] = 4u * index + 2u;
-            stack[waiting + 2u] = 4u * index + 1u;
-            stack[waiting + 3u] = 4u * index;
-            waiting += 4u;
-            continue;
-        }
-        stack[waiting] = 2u * index + 1u;
-        stack[waiting + 1u] = 2u * index;
-        waiting += 2u;
+        let right_first = what == SEEK_NEAREST && index < mesh.width
+            && box_squared(mesh, 2u * index + 1u, x) < box_squared(mesh, 2u * index, x);
+        walk = down(walk, select(0u, 1u, right_first));
     }
-    return outward;
-}
-
-/// Sum over the triangles that share the corner or edge of the nearest point: they are no farther away.
-fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
-    let none = Outward(vec3f(0.0), 0.0);
-    return asked_around(none, collider, mesh, x, found, found.squared, false).way;
-}
-
-/// The outward direction at the nearest point, or the normal of a triangle at the same distance up to rounding,
-/// whichever faces the position most. A triangle at a grazing angle may be the nearest by rounding, and its normal is
-/// meaningless then.
-fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way: vec3f) -> vec3f {
-    let bound = found.squared * (1.0 + EPSILON * 16.0);
-    let start = Outward(way, facing(found.apart, found.squared, way));
-    return asked_around(start, collider, mesh, x, found, bound, true).way;
-}
-
-/// The outward direction of a solid at the nearest point, of any length.
-fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
-    var way = normal_of(corners_of(mesh, found.triangle, collider.v));
-    if any(found.barycentric == vec3f(0.0)) {
-        way = pseudonormal_at(collider, mesh, x, found);
-    }
-    if facing(found.apart, found.squared, way) < GRAZING && found.squared > rounding_at(x) {
-        return most_facing(collider, mesh, x, found, way);
-    }
-    return way;
+    return around;
 }
 
 /// Depth and normal of a position by the nearest point.
-fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> MeshContact {
-    if found.triangle == NO_TRIANGLE {
-        return MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
-    }
+fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, corners: Corners, outward: vec3f) -> MeshContact {
     let distance = sqrt(found.squared);
-    let corners = corners_of(mesh, found.triangle, collider.v);
-    var outward = normal_of(corners);
     // The side of a sheet from which a segment crosses its plane.
-    var away = x - corners.a;
-    if mesh.is_solid {
-        outward = outward_at(collider, mesh, x, found);
-        away = found.apart;
-    }
+    let away = select(x - corners.a, found.apart, mesh.is_solid);
     let within = dot3(away, outward) < 0.0;
     let side = select(1.0, -1.0, mesh.is_solid && within);
     var normal = found.apart * (side / distance);
@@ -413,11 +376,46 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
     return MeshContact(normal, collider.size - distance * side, velocity, false);
 }
 
-/// The contact of a position within `most` [m]: depth and normal in the mesh's frame. A solid is searched from
-/// anywhere inside.
+/// The contact of a position within `most` [m]: depth and normal in the mesh's frame. A solid is searched from anywhere inside.
+///
+/// The outward direction of a solid is the normal of the nearest triangle; on an edge or a corner, a sum over the triangles that
+/// share it, which are no farther away. A triangle at a grazing angle may be the nearest by rounding, and its normal is meaningless
+/// then; so it is that of the triangle at the same distance up to rounding that faces the position most.
 fn contact_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshContact {
-    let within = select(most * most, FAR, mesh.is_solid);
-    return outward_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
+    var around = Around(NO_TRIANGLE, FAR, Outward(vec3f(0.0), 0.0));
+    // All walks and the end in one loop: compilers have a copy of a function wherever it is called. What is known of the nearest
+    // triangle is computed again for each of them, as registers are dear while they last.
+    for (var turn = SEEK_NEAREST; turn <= SEEK_FACING + 1u; turn++) {
+        var bound = select(most * most, FAR, mesh.is_solid);
+        var own = vec3<bool>(true);
+        if turn != SEEK_NEAREST {
+            if around.nearest == NO_TRIANGLE {
+                break;
+            }
+            let corners = corners_of(mesh, around.nearest, collider.v);
+            let found = nearest_in(around.nearest, corners, x);
+            own = found.barycentric != vec3f(0.0);
+            bound = found.squared;
+            if turn == SEEK_SUM {
+                let is_on_edge = mesh.is_solid && !all(own);
+                around.outward.way = select(normal_of(corners), vec3f(0.0), is_on_edge);
+                if !is_on_edge {
+                    continue;
+                }
+            } else if turn == SEEK_FACING {
+                around.outward.faces = facing(found.apart, found.squared, around.outward.way);
+                bound = found.squared * (1.0 + EPSILON * 16.0);
+                let is_grazing = around.outward.faces < GRAZING && found.squared > rounding_at(x);
+                if !(mesh.is_solid && is_grazing) {
+                    continue;
+                }
+            } else {
+                return outward_of(resting(collider, mesh, x, found, corners, around.outward.way));
+            }
+        }
+        around = sought(around, collider, mesh, x, own, bound, turn);
+    }
+    return outward_of(MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false));
 }
 
 /// The contact of a node that moves straight from `start` to `end`, both in the mesh's frame.
@@ -427,13 +425,13 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
     if !is_somewhere(end) || !boxes_meet(mesh, 1u, min(start, end) - reach, max(start, end) + reach) {
         return none;
     }
-    let at_end = contact_near(collider, mesh, end, collider.size);
     let passage = passage_of(collider, mesh, start, end);
-    let hit = passage.hit;
+    let at_end = contact_near(collider, mesh, end, collider.size);
     if turns > TURNS {
-        return outward_of(at_end);
+        return at_end;
     }
-    if hit.triangle != NO_TRIANGLE {
+    if passage.triangle != NO_TRIANGLE {
+        let hit = crossing_in(collider, mesh, start, end, passage.triangle);
         // Whether it is on the wrong side, so that the direction to the nearest point does not lead back. It leads
         // on, or the node has come out again, for example to enter another part of the mesh. The side of a sheet is
         // unknown if the node started on it up to rounding.
@@ -460,17 +458,11 @@ fn mesh_contact(collider: Collider, x: vec3f, most: f32) -> MeshContact {
     return MeshContact(turned(collider, found.normal), found.depth, turned(collider, found.velocity), false);
 }
 
-/// The same, without the velocity by a change of shape.
-fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
-    let found = mesh_contact(collider, x, most);
-    return Depth(found.normal, found.depth);
-}
-
 /// The penetration of a position into a mesh, known inside only.
 fn mesh_penetration(collider: Collider, x: vec3f) -> Depth {
-    let found = mesh_depth(collider, x, collider.size);
+    let found = mesh_contact(collider, x, collider.size);
     if found.depth > 0.0 {
-        return found;
+        return Depth(found.normal, found.depth);
     }
     return Depth(vec3f(0.0), -FAR);
 }
@@ -482,11 +474,10 @@ fn arrived(collider: Collider) -> Collider {
     return now;
 }
 
-/// Whether a node was less deep in a mesh at its start, by more than rounding, and not on its surface.
-fn was_better(collider: Collider, start: vec3f, depth: f32) -> bool {
+/// Whether a node was less deep in a mesh at its start, by more than rounding, and not on its surface. `was` is how deep.
+fn was_better(collider: Collider, start: vec3f, was: f32, depth: f32) -> bool {
     let lengths = abs(start.x) + abs(start.y) + abs(start.z);
     let slack = collider.size * 1e-3 + EPSILON * 64.0 * lengths;
-    let was = mesh_depth(collider, start, collider.size).depth;
     return depth > slack && was + slack < depth && (was <= 0.0 || was + slack < collider.size);
 }
 
@@ -502,8 +493,17 @@ fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u3
     let come = local_of(collider, place);
     var node = start;
     var before = vec3f(0.0);
-    for (var round = 0u; round <= GROOVES; round++) {
-        let found = contact_on_segment(collider, mesh, come, local_of(collider, node.x));
+    var left = 0.0;
+    for (var round = 0u; round <= GROOVES + 1u; round++) {
+        // What comes last is where it started: all walks in one place, as in outward_at.
+        let is_start = round > GROOVES;
+        let found = contact_on_segment(collider, mesh, come, local_of(collider, select(node.x, place, is_start)));
+        if is_start {
+            if was_better(collider, place, found.depth, left) {
+                node.x = place;
+            }
+            break;
+        }
         // The last response leaves a depth of rounding size.
         let rounding = EPSILON * ROUNDING_ULPS * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
         let is_left = round > 0u && !found.passed && found.depth <= rounding;
@@ -511,10 +511,11 @@ fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u3
             break;
         }
         if round == GROOVES {
-            if collider.u == collider.v && was_better(collider, place, found.depth) {
-                node.x = place;
+            if collider.u != collider.v {
+                break;
             }
-            break;
+            left = found.depth;
+            continue;
         }
         let contact = Depth(turned(collider, found.normal), found.depth);
         let surface = surface_velocity(collider, node.x) + turned(collider, found.velocity);

@@ -1,5 +1,6 @@
 // Contact of a position with all colliders, solids and meshes.
 
+#import contact/colliders/met.wgsl
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl
 #import meshes
@@ -15,15 +16,17 @@ fn penetration_of(collider: Collider, x: vec3f) -> Depth {
     return depth_and_normal(collider, x);
 }
 
-/// Moves a position out of all colliders. In a wedge, leaving one collider enters the other. So the two deepest
-/// penetrations are resolved together.
-fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
+/// Moves a position out of all colliders, if it is in another than the one that it touched last. In a wedge, leaving one collider
+/// enters the other. So the two deepest penetrations are resolved together.
+fn push_out(start: vec3f, last: u32, met: Met) -> vec3f {
     var x = start;
+    var is_inside_another = false;
     for (var round = 0u; round < ROUNDS; round++) {
         var most = Depth(vec3f(0.0), -FAR);
         var next = Depth(vec3f(0.0), -FAR);
-        for (var i = 0u; i < count; i++) {
-            let penetration = penetration_of(colliders[first + i], x);
+        for (var i = 0u; i < met.count; i++) {
+            let penetration = penetration_of(collider_met(met, i), x);
+            is_inside_another |= i + 1u != last && penetration.depth > 0.0;
             if penetration.depth > most.depth {
                 next = most;
                 most = penetration;
@@ -31,7 +34,7 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
                 next = penetration;
             }
         }
-        if most.depth <= 0.0 {
+        if most.depth <= 0.0 || !is_inside_another {
             break;
         }
         x = x + leave_both(most, next);
@@ -39,28 +42,20 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
     return x;
 }
 
-/// Keeps a free node out of `count` colliders, starting at `first`. Colliders act in the scene's order. If one of
+/// Keeps a free node out of the colliders that it meets. Colliders act in the scene's order. If one of
 /// them pushes the node into another, the node is moved out of both, and its velocity does not change again.
-fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> ContactState {
+fn contact(start: vec3f, velocity: vec3f, origin: Origin, met: Met, h: f32) -> ContactState {
     var node = ContactState(start, 0u, velocity);
-    for (var i = 0u; i < count; i++) {
-        let collider = colliders[first + i];
+    for (var i = 0u; i < met.count; i++) {
+        let collider = collider_met(met, i);
         if collider.kind == MESH {
             node = collide_mesh(node, origin, collider, i + 1u, h);
         } else {
             node = collide_solid(node, origin, collider, i + 1u, h);
         }
     }
-    if node.last == 0u || count < 2u {
-        return node;
-    }
-    var is_inside_another = false;
-    for (var i = 0u; i < count; i++) {
-        let penetration = penetration_of(colliders[first + i], node.x);
-        is_inside_another = is_inside_another || (i + 1u != node.last && penetration.depth > 0.0);
-    }
-    if is_inside_another {
-        node.x = push_out(node.x, first, count);
+    if node.last != 0u && met.count > 1u {
+        node.x = push_out(node.x, node.last, met);
     }
     return node;
 }

@@ -8,12 +8,10 @@
 
 /// Keeps the node at a place, which comes from `origin`, out of colliders. Pinned nodes are left as they are.
 fn resolve_contact(place: u32, node: Node, origin: Origin, substep: u32) -> Node {
-    let count = substeps[own() + substep].colliders;
-    if count == 0u || !(node.position.w > 0.0) {
+    if substeps[own() + substep].colliders == 0u || !(node.position.w > 0.0) {
         return node;
     }
-    let first = first_met(place, substep);
-    let after = contact(node.position.xyz, node.velocity.xyz, origin, first, count, substeps[substep].h);
+    let after = contact(node.position.xyz, node.velocity.xyz, origin, met_by(place, substep), substeps[substep].h);
     let mass = select(node.velocity.w, -node.velocity.w, after.last > 0u);
     return Node(vec4f(after.x, node.position.w), vec4f(after.v, mass));
 }

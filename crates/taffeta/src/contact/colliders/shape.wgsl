@@ -181,19 +181,24 @@ struct Entrance {
 fn entry_of(collider: Collider, start: vec3f, end: vec3f) -> Entrance {
     let way = end - start;
     let none = Entrance(Depth(vec3f(0.0), 0.0), false);
-    if dot3(depth_and_normal(collider, end).normal, way) <= 0.0 {
-        return none;
-    }
     var fraction = 0.0;
-    for (var i = 0u; i < ENTRIES; i++) {
-        let here = depth_and_normal(collider, start + way * fraction);
+    // The end is looked at first, and one place after the last step: compilers have a copy of a function wherever it is called.
+    for (var i = 0u; i < ENTRIES + 2u; i++) {
+        let here = depth_and_normal(collider, select(start + way * fraction, end, i == 0u));
         let approach = -dot3(here.normal, way);
-        if !(approach > 0.0) {
+        if i == 0u {
+            if approach >= 0.0 {
+                return none;
+            }
+            continue;
+        }
+        let is_last = i == ENTRIES + 1u;
+        if !(is_last || approach > 0.0) {
             return none;
         }
         let next = fraction - here.depth / approach;
         // As near as numbers tell.
-        if here.depth >= 0.0 || next <= fraction {
+        if is_last || here.depth >= 0.0 || next <= fraction {
             return Entrance(Depth(here.normal, here.depth + approach * (1.0 - fraction)), true);
         }
         if next > 1.0 {
@@ -201,8 +206,7 @@ fn entry_of(collider: Collider, start: vec3f, end: vec3f) -> Entrance {
         }
         fraction = next;
     }
-    let here = depth_and_normal(collider, start + way * fraction);
-    return Entrance(Depth(here.normal, here.depth - dot3(here.normal, way) * (1.0 - fraction)), true);
+    return none;
 }
 
 /// Velocity [m/s] of the collider's surface at `x`.

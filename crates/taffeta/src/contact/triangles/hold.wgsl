@@ -146,10 +146,10 @@ fn hold_node(place: u32, limit: u32, in_rounds: bool) -> vec3f {
 /// deeper, it was before. Who is led out of colliders is not thrown out.
 fn out_of_solids(place: u32, start: vec3f, most: f32) -> vec3f {
     var x = start;
-    let first = first_met(place, 0u);
+    let met = met_by(place, 0u);
     let is_led = surface_knots[KNOT_WORDS * place + KNOT_LED] != 0u;
     for (var i = 0u; i < select(substeps[own()].colliders, 0u, is_led); i++) {
-        let collider = colliders[first + i];
+        let collider = collider_met(met, i);
         if collider.kind != MESH {
             let inside = depth_and_normal(collider, x);
             x = select(x, x + inside.normal * inside.depth, inside.depth > 0.0 && inside.depth <= most);

@@ -66,6 +66,9 @@ const ALONE: &[&str] = &[
     "IGNORED",
     "BELOW",
     "ABOVE",
+    "SEEK_NEAREST",
+    "SEEK_SUM",
+    "SEEK_FACING",
 ];
 
 /// The numbers of a source's constants.

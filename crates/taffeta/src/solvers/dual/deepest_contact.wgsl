@@ -14,9 +14,9 @@ fn deepest_contact(place: u32, node: Approach, before: ContactRecord) -> Contact
         found = before;
         deepest = before.inside;
     }
-    let first = first_met(place, 0u);
+    let met = met_by(place, 0u);
     for (var i = 0u; i < substeps[own()].colliders; i++) {
-        let collider = colliders[first + i];
+        let collider = collider_met(met, i);
         if collider.kind == MESH {
             continue;
         }

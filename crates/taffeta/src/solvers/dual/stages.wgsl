@@ -296,7 +296,7 @@ fn with_contact(node: u32, node_force: vec3f) -> vec3f {
     let x = old_position[node];
     let free = new_velocity[node].xyz;
     let kick = substeps[0].h * x.w;
-    let collider = colliders[first_met(node, 0u) + predicted_contacts[node].collider];
+    let collider = colliders[met_by(node, 0u).own + predicted_contacts[node].collider];
     let after = velocity_after(predicted, free, node_force * kick, collider);
     return (after - free) * (1.0 / kick);
 }

@@ -236,7 +236,7 @@ fn add_implicit_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocati
     var change = spring_change;
     if in_contact(predicted) {
         let free = new_velocity[node].xyz;
-        let collider = colliders[first_met(node, 0u) + predicted_contacts[node].collider];
+        let collider = colliders[met_by(node, 0u).own + predicted_contacts[node].collider];
         change = velocity_after(predicted, free, spring_change, collider) - free;
     }
     force[node] = vec4f(force[node].xyz + change * (abs(old_velocity[node].w) / substeps[0].h), 0.0);

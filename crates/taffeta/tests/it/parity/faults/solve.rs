@@ -120,8 +120,8 @@ pub const FAULTS: &[Fault] = &[
     ("apply_constraint_forces", "if predicted.slides == 0.0 {", "if false {"),
     (
         "apply_constraint_forces",
-        "first_met(node, 0u) + predicted_contacts[node].collider",
-        "first_met(node, 0u)",
+        "met_by(node, 0u).own + predicted_contacts[node].collider",
+        "met_by(node, 0u).own",
     ),
     ("apply_constraint_forces", "if !in_contact(predicted) {", "if true {"),
     ("predict_contacts", "candidate.inside > deepest || is_first", "candidate.inside > 0.0"),
