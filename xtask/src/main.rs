@@ -13,6 +13,7 @@ mod models;
 mod mutate;
 mod program;
 mod sanitize;
+mod shaders;
 mod test;
 mod vulkan;
 
@@ -22,7 +23,7 @@ const USAGE: &str =
     "usage: cargo xtask test [--core] [--seed SEED] | mutate [--all | --sample N [--seed SEED]] | models
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
-                    | faults [--program FILE]
+                    | faults [--program FILE] | shaders
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
              --core leaves out Bevy and the papers. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
@@ -31,7 +32,8 @@ const USAGE: &str =
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz
   attack     run scenes that are made up at random, 10,000 of them, and look for panics, hangs and numbers that are none
   sanitize   run tests under ThreadSanitizer and Miri; needs a nightly compiler with rust-src and miri
-  faults     have each call for results fail, and lose power, once, and see that runs go on from there; needs strace";
+  faults     have each call for results fail, and lose power, once, and see that runs go on from there; needs strace
+  shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         ["attack", ref words @ ..] => attack::run(words),
         ["faults", ref words @ ..] => faults::run(words),
         ["sanitize", ref words @ ..] => sanitize::run(words),
+        ["shaders"] => shaders::run(),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

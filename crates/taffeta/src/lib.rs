@@ -59,7 +59,7 @@ pub mod extension {
     pub use crate::assembly::body::{BodyAssembly, BodySprings};
     pub use crate::elements::load::gpu::{GIVEN, Loads};
     pub use crate::elements::spring::stencil::GRID_STEPS;
-    pub use crate::features::shaders;
+    pub use crate::features::{choices, shaders};
     pub use crate::gpu::bodies::Bodies;
     pub use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups};
     pub use crate::gpu::kernels::{Kernels, Name, Overrides};

@@ -27,7 +27,7 @@ use crate::{
     contact::collider_mesh,
     elements::KINDS,
     gpu::feature as device,
-    gpu::{bodies::Bodies, kernels, layout::Four, options::GpuOptions},
+    gpu::{bodies::Bodies, kernels, kernels::Choice, layout::Four, options::GpuOptions},
     motion::gpu_layout::Pin,
 };
 #[cfg(feature = "gpu")]
@@ -190,6 +190,16 @@ pub fn shaders() -> Shaders {
     ];
     let of_kinds = KINDS.iter().map(|kind| kind.shaders);
     Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
+}
+
+/// The files that may stand for what kernels import by a name, as scenes have them together; none first.
+#[cfg(feature = "gpu")]
+pub fn choices() -> Vec<Vec<Choice>> {
+    use colliders::gpu::Contact;
+    use implicit::gpu::{CONTACTS, COUPLED, MOVED};
+    let contact = [Contact::Solids, Contact::Later, Contact::Meshes].map(|one| one.choices().to_vec());
+    let implicit = [vec![COUPLED], vec![CONTACTS], vec![COUPLED, CONTACTS], vec![MOVED]];
+    contact.into_iter().chain(implicit).collect()
 }
 
 /// Bytes of the arrays that a body needs on the device, and what they hold.

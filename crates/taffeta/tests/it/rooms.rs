@@ -87,7 +87,7 @@ fn no_two_folders_import_each_other_by_any_way() {
 }
 
 /// Words of `unsafe` in the crates, but for comparisons, twins and tests: that they become no more. Each says why it is sound, which
-/// Clippy sees to.
+/// Clippy sees to. `taffeta-shaders`, which users do not get, calls Vulkan for a living.
 const UNSAFE: usize = 303;
 
 #[test]
@@ -95,8 +95,8 @@ fn unsafe_code_does_not_grow() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let count = |path: &PathBuf| {
         let name = path.to_string_lossy();
-        let counts =
-            name.contains("/src/") && !["parity", "twin", "tests"].iter().any(|word| name.contains(word));
+        let counts = name.contains("/src/")
+            && !["parity", "twin", "tests", "taffeta-shaders"].iter().any(|word| name.contains(word));
         let is_part = |c: char| !c.is_alphanumeric() && c != '_';
         if counts { code(path).split(is_part).filter(|word| *word == "unsafe").count() } else { 0 }
     };
