@@ -27,7 +27,7 @@ use crate::{
     contact::collider_mesh,
     elements::KINDS,
     gpu::feature as device,
-    gpu::{bodies::Bodies, kernels, kernels::Choice, layout::Four, options::GpuOptions},
+    gpu::{bodies::Bodies, kernels, layout::Four, options::GpuOptions},
     motion::gpu_layout::Pin,
 };
 #[cfg(feature = "gpu")]
@@ -193,8 +193,8 @@ pub fn shaders() -> Shaders {
 }
 
 /// The files that may stand for what kernels import by a name, as scenes have them together; none first.
-#[cfg(feature = "gpu")]
-pub fn choices() -> Vec<Vec<Choice>> {
+#[cfg(all(feature = "gpu", feature = "extend"))]
+pub fn choices() -> Vec<Vec<kernels::Choice>> {
     use colliders::gpu::Contact;
     use implicit::gpu::{CONTACTS, COUPLED, MOVED};
     let contact = [Contact::Solids, Contact::Later, Contact::Meshes].map(|one| one.choices().to_vec());

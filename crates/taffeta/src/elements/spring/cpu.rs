@@ -7,9 +7,11 @@ use crate::cpu::lanes::Lanes;
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Tile;
+use crate::cpu::tiles::{TILE_NODES, TilePlan};
 use crate::cpu::worker::Worker;
 use crate::elements::spring::cpu_grid::{Direction, GridSprings, Sweep};
 use crate::elements::spring::cpu_mesh::{GatheredSprings, gather, lanes_of};
+use crate::elements::spring::cpu_narrow::{Masks, NARROW, NarrowSweep};
 use crate::elements::spring::spring;
 use crate::real::{Real, norm};
 use crate::report::FrameSums;
@@ -22,7 +24,8 @@ pub struct Springs<T> {
     bodies: Vec<BodyRows<T>>,
     /// Stretch from which on springs have their tile wait for a solver, if they do.
     stretch_limit: Option<T>,
-    sweeps: PerWorker<Sweep<T>>,
+    /// Of wide grids and of narrow ones.
+    sweeps: PerWorker<(Sweep<T>, NarrowSweep<T>)>,
     /// By tile: energy [J], and the largest stretch.
     sums: Shared<[f64; 2]>,
 }
@@ -31,6 +34,8 @@ pub struct Springs<T> {
 enum BodyRows<T> {
     /// By rows.
     Grid(GridSprings<T>),
+    /// By blocks of rows.
+    Narrow(GridSprings<T>, Masks<T>),
     /// By slices; where the body keeps its volume, the first are those along its edges.
     Mesh { sets: Vec<GatheredSprings<T>>, has_rings: bool },
 }
@@ -40,11 +45,10 @@ impl<T: Real> BodyRows<T> {
         match &body.springs {
             BodySprings::Grid(along) => {
                 let [rows, cols] = body.grid_layout.ok_or("a grid's springs without a grid")?;
-                Ok(Self::Grid(GridSprings {
-                    rows,
-                    cols,
-                    along: along.map(|direction| direction.map(Direction::new)),
-                }))
+                let along = along.map(|direction| direction.map(Direction::new));
+                let grid = GridSprings { rows, cols, along };
+                let masks = || Masks::new(cols, rows.saturating_mul(cols).min(TILE_NODES));
+                Ok(if cols <= NARROW { Self::Narrow(grid, masks()) } else { Self::Grid(grid) })
             }
             BodySprings::Mesh(_) => {
                 let set = |(k, d, gather)| GatheredSprings::new((k, d), gather, body.nodes);
@@ -62,10 +66,13 @@ impl<T: Real> Springs<T> {
         let adaptive = solver.method == Method::Acad && !context.assembly.constraints().is_empty();
         let stretch_limit = adaptive.then(|| T::from_f64(1.0 + solver.acad.threshold));
         let columns = context.nodes.tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
+        let nodes = context.nodes.tiles.iter().map(TilePlan::len).max().unwrap_or(0);
         Ok(Self {
             bodies: context.assembly.bodies.iter().map(BodyRows::new).collect::<Result<_, _>>()?,
             stretch_limit,
-            sweeps: PerWorker::new(context.workers(), |_| Sweep::new(columns, stretch_limit)),
+            sweeps: PerWorker::new(context.workers(), |_| {
+                (Sweep::new(columns, stretch_limit), NarrowSweep::new(nodes, stretch_limit))
+            }),
             sums: vec![[0.0; 2]; context.nodes.tiles.len()].into(),
         })
     }
@@ -82,11 +89,14 @@ impl<T: Real> Springs<T> {
         let old = tile.old.map(|column| &column[tile.plan.first..]);
         let (plan, level) = (tile.plan, tile.nodes.level);
         let force = &mut tile.scratch.force;
+        // SAFETY: each worker has its own, and works on one tile at a time.
+        let (wide, narrow) = unsafe { self.sweeps.of(tile.worker) };
         let is_beyond = match &self.bodies[plan.body] {
             BodyRows::Grid(grid) => {
-                // SAFETY: each worker has its own, and works on one tile at a time.
-                let sweep = unsafe { self.sweeps.of(tile.worker) };
-                sweep.springs(level, (plan.body, grid), (plan.units.clone(), plan.cols.clone()), old, force)
+                wide.springs(level, (plan.body, grid), (plan.units.clone(), plan.cols.clone()), old, force)
+            }
+            BodyRows::Narrow(grid, masks) => {
+                narrow.springs(level, (plan.body, grid, masks), plan.units.clone(), old, force)
             }
             BodyRows::Mesh { sets, has_rings } => {
                 // Those along rings are not watched.
@@ -107,7 +117,7 @@ impl<T: Real> Springs<T> {
         let (plan, level) = (tile.plan, tile.nodes.level);
         let mut sums = [0.0; 2];
         match &self.bodies[plan.body] {
-            BodyRows::Grid(grid) => {
+            BodyRows::Grid(grid) | BodyRows::Narrow(grid, _) => {
                 for row in plan.units.clone() {
                     for direction in 0..6 {
                         let end = grid.count(direction, row).min(plan.cols.end);
@@ -148,7 +158,9 @@ impl<T: Real> Feature<T> for Springs<T> {
 
     fn begin(&self, worker: &mut Worker<'_, T>) {
         // SAFETY: each worker has its own.
-        unsafe { self.sweeps.of(worker.index) }.restart();
+        let (wide, narrow) = unsafe { self.sweeps.of(worker.index) };
+        wide.restart();
+        narrow.restart();
     }
 
     fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
@@ -161,7 +173,7 @@ impl<T: Real> Feature<T> for Springs<T> {
 
     fn bytes(&self) -> usize {
         let of_body = |body: &BodyRows<T>| match body {
-            BodyRows::Grid(_) => 0,
+            BodyRows::Grid(_) | BodyRows::Narrow(..) => 0,
             BodyRows::Mesh { sets, .. } => sets.iter().map(GatheredSprings::bytes).sum(),
         };
         self.bodies.iter().map(of_body).sum()

@@ -254,7 +254,7 @@ fn row_springs<T: Real, const LIMITED: bool>(
 
 /// Whether one of some numbers is more than `reach`. Counting them takes no branch and no order.
 #[inline(always)]
-fn any_beyond<T: Real>(numbers: &[T], reach: T) -> bool {
+pub fn any_beyond<T: Real>(numbers: &[T], reach: T) -> bool {
     let mut count = 0;
     for &number in numbers {
         count += u32::from(number > reach);

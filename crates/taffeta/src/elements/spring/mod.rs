@@ -3,6 +3,7 @@
 pub mod cpu;
 pub mod cpu_grid;
 pub mod cpu_mesh;
+pub mod cpu_narrow;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "gpu")]
