@@ -1,10 +1,10 @@
 //! Drivers that take the CPU's formulas of blocks of elements through the GPU's arrays.
 
 use crate::gpu::layout::Four;
-use crate::real::{add, sub};
+use crate::real::{Real, add, sub};
 use crate::solvers::dual::twin::three;
 use crate::solvers::implicit::couplings::{
-    Block, add_mode, block_times, coupling, jacobi_factor, symmetric_part, whole,
+    Block, block_times, coupling, jacobi_factor, symmetric_part, whole,
 };
 use crate::solvers::implicit::gpu_layout::{Diagonal, LevelGroup, Vector};
 use crate::solvers::implicit::gpu_tables::{ROW, SPRING};
@@ -172,4 +172,17 @@ pub fn any_blocks(words: &mut [[u32; 4]], nodes: usize, mut number: impl FnMut()
             (0..3).for_each(|column| words[row][column] = number().to_bits());
         }
     }
+}
+
+/// Adds what a mode with directions `a` here and `b` at the other node gives a block; their fourth numbers are weights of what
+/// resists alike in all directions.
+#[inline(always)]
+pub(super) fn add_mode<T: Real>(mut block: Block<T>, a: [T; 4], b: [T; 4]) -> Block<T> {
+    for row in 0..3 {
+        for column in 0..3 {
+            block[3 * row + column] -= a[row] * b[column];
+        }
+        block[4 * row] -= a[3] * b[3];
+    }
+    block
 }

@@ -7,6 +7,8 @@ pub mod contacts_parity;
 mod contacts_twin;
 pub mod couplings;
 #[cfg(feature = "gpu")]
+mod couplings_coarser;
+#[cfg(feature = "gpu")]
 mod couplings_twin;
 pub mod cpu;
 #[cfg(feature = "gpu")]

@@ -1,7 +1,10 @@
 //! Coarser blocks are Galerkin products, whatever the modes, and Jacobi's iteration of them converges.
 
 use super::*;
+use crate::real::{Symmetric, times};
 use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
+use crate::solvers::implicit::couplings::*;
+use crate::solvers::implicit::couplings_twin::add_mode;
 use crate::solvers::implicit::implicit::{add_weighted, inverse};
 use crate::topology::random::SplitMix64;
 
