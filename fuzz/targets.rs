@@ -7,7 +7,7 @@ use std::sync::Arc;
 use taffeta::scene::{Body, Mass, Mesh, Scene};
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
-use taffeta_io::{Checkpoint, MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs};
+use taffeta_io::{Checkpoint, MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs, read_poses};
 use twox_hash::XxHash64;
 
 /// Memory [byte] that a scene may say it needs; larger ones are left alone.
@@ -20,7 +20,7 @@ type Target = fn(&[u8]) -> bool;
 
 /// Each target, which has a folder of its name in `corpus`.
 #[allow(dead_code, reason = "each fuzzer uses one of them, the test all")]
-pub const ALL: [(&str, Target); 9] = [
+pub const ALL: [(&str, Target); 10] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
@@ -28,6 +28,7 @@ pub const ALL: [(&str, Target); 9] = [
     ("gltf", gltf),
     ("scene", scene),
     ("pairs", pairs),
+    ("poses", poses),
     ("checkpoint", checkpoint),
     ("calls", calls::calls),
 ];
@@ -140,6 +141,23 @@ pub fn pairs(input: &[u8]) -> bool {
             true
         }
         Err(error) => refused(&error.to_string()),
+    }
+}
+
+/// Poses are refused in words, or are as many places as the file has bytes for. The first byte is the number of vertices.
+pub fn poses(input: &[u8]) -> bool {
+    let Some((&vertices, file)) = input.split_first() else { return false };
+    let vertices = usize::from(vertices);
+    match read_poses(file, vertices) {
+        Ok(poses) => {
+            assert!(
+                !poses.is_empty() && poses.iter().all(|pose| pose.len() == vertices),
+                "poses without places"
+            );
+            assert!(12 * vertices * poses.len() <= file.len(), "more places than there is room for");
+            true
+        }
+        Err(error) => refused(&error),
     }
 }
 

@@ -1,5 +1,6 @@
 //! `cargo xtask faults`: has each call that `taffeta run` makes for its results fail, once; and kills it there and takes from its files
 //! what was not on the disk, as a power failure does. From each of them a run must go on to the same results. `strace` does it.
+//! Then it has runs end for want of memory, by a limit of it that grows until they end well.
 
 use crate::{attack, root};
 use std::collections::{BTreeMap, HashMap};
@@ -38,6 +39,18 @@ const CALLS: [(&str, &str); 9] = [
     ("mkdir", "ENOSPC"),
     ("flock", "ENOLCK"),
 ];
+
+/// How many more addresses a run has each time [kB].
+const LARGE_STEP: usize = 1024;
+const SMALL_STEP: usize = 16;
+
+/// How a run with little memory ended.
+#[derive(PartialEq)]
+enum Ended {
+    BeforeItBegan,
+    ForWantOfMemory,
+    Well,
+}
 
 /// Runs it on the built program, or the one that `words` name.
 pub fn run(words: &[&str]) -> ExitCode {
@@ -78,6 +91,9 @@ fn try_all(program: &Path) -> Result<(), String> {
             }
         }
     }
+    println!("xtask: runs with too little memory");
+    let poor = desk.try_with_little_memory(&whole)?;
+    println!("xtask: {poor} runs ended for want of memory");
     if wrong.is_empty() { Ok(()) } else { Err(format!("{} faults were not withstood", wrong.len())) }
 }
 
@@ -134,6 +150,52 @@ impl Desk<'_> {
                 code => return Err(format!("it ends with {code:?}: {said}")),
             }
         }
+        self.goes_on_to(whole)
+    }
+
+    /// Runs it with more and more memory until that is enough: in large steps up to the least with which it begins, then in small ones.
+    /// Returns how many runs ended for want of it.
+    fn try_with_little_memory(&self, whole: &Results) -> Result<usize, String> {
+        let mut least = LARGE_STEP;
+        while self.with_memory(least, whole)? == Ended::BeforeItBegan {
+            least += LARGE_STEP;
+        }
+        let mut count = 0;
+        for kilobytes in (least - LARGE_STEP..).step_by(SMALL_STEP) {
+            match self.with_memory(kilobytes, whole)? {
+                Ended::Well => break,
+                Ended::ForWantOfMemory => count += 1,
+                Ended::BeforeItBegan => {}
+            }
+        }
+        Ok(count)
+    }
+
+    /// Runs it with so many kilobytes of addresses.
+    fn with_memory(&self, kilobytes: usize, whole: &Results) -> Result<Ended, String> {
+        self.clear()?;
+        let limited = format!("ulimit -v {kilobytes}; exec \"$@\"");
+        let mut command = Command::new("sh");
+        command.args(["-c", &limited, "sh"]).arg(self.program).args(RUN.split(' '));
+        let ended = command.current_dir(&self.folder).output().map_err(|error| format!("sh: {error}"))?;
+        let said = String::from_utf8_lossy(&ended.stderr);
+        let with = |what: String| format!("with {kilobytes} kB: {what}");
+        if ended.status.success() {
+            let is_whole = results(&self.folder.join("out"))? == *whole;
+            return if is_whole { Ok(Ended::Well) } else { Err(with("the results are others".into())) };
+        }
+        // Rust's own first steps, before the program's.
+        let began = said.contains("memory")
+            && !["shared librar", "alternative stack"].iter().any(|word| said.contains(word));
+        if began && said.contains("panicked") {
+            return Err(with(format!("it panics: {said}")));
+        }
+        self.goes_on_to(whole).map_err(with)?;
+        Ok(if began { Ended::ForWantOfMemory } else { Ended::BeforeItBegan })
+    }
+
+    /// Whether a run goes on from what is there to the same results.
+    fn goes_on_to(&self, whole: &Results) -> Result<(), String> {
         self.go_on()?;
         let found = results(&self.folder.join("out"))?;
         let names = |all: &Results| all.keys().cloned().collect::<Vec<_>>().join(" ");

@@ -15,6 +15,7 @@ mod words;
 
 pub use advice::{hint, key_of};
 pub use files::read_pairs;
+pub use poses::read_poses;
 pub use source::{LoadError, Place, SceneSource};
 
 use crate::mesh::MeshFormat;

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use taffeta::scene::{Body, Mass, Mesh, Method, Scene};
 use taffeta::{Options, Simulation};
 use taffeta_io::checkpoint::{Checkpoint, identity};
-use taffeta_io::{MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs};
+use taffeta_io::{MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs, read_poses};
 
 /// Counts what is allocated.
 struct Counting;
@@ -169,6 +169,9 @@ fn hostile_inputs_end_in_words_and_within_their_memory() {
     }
     let pairs = "1 2\n".repeat(50_000);
     assert_frugal("pairs", pairs.len(), || drop(read_pairs(&pairs, "pairs.txt")));
+    let header = [1, 1, 0, 0, 50_000_i32].map(i32::to_le_bytes).concat();
+    let poses = [&b"POINTCACHE2\0"[..], &header, &[0; 12 * 50_000]].concat();
+    assert_frugal("poses", poses.len(), || drop(read_poses(&poses, 1)));
     for text in [format!("a = [{}]", "1,".repeat(50_000)), "[[body]]\n".repeat(50_000), "a.".repeat(50_000)] {
         assert_frugal(&text[..9], text.len(), || drop(parse_scene(&text, "scene.toml", &[])));
     }

@@ -15,10 +15,22 @@ pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, S
     if bytes.len() as u64 > LONGEST {
         return Err(named(format!("has more than {LONGEST} bytes; fewer samples would do")));
     }
-    samples(&bytes, vertices).map_err(named)
+    read_poses(&bytes, vertices).map_err(named)
 }
 
-fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
+/// Reads a PC2 file: its samples, each with a place [m] for each of so many `vertices`.
+///
+/// ```
+/// let header = [1_i32, 1, 0, 0, 2].map(i32::to_le_bytes).concat();
+/// let places = [0.0_f32, 1.0, 2.0, 0.0, 1.5, 2.0].map(f32::to_le_bytes).concat();
+/// let poses = taffeta_io::read_poses(&[&b"POINTCACHE2\0"[..], &header, &places].concat(), 1)?;
+/// assert_eq!(poses, vec![vec![[0.0, 1.0, 2.0]], vec![[0.0, 1.5, 2.0]]]);
+/// # Ok::<(), String>(())
+/// ```
+///
+/// # Errors
+/// Says what of the file is not as it should be, to follow its name.
+pub fn read_poses(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
     if !bytes.starts_with(b"POINTCACHE2\0") || bytes.len() < HEADER {
         let message = "is no PC2 file: it does not begin with POINTCACHE2; poses.files = [\"a.obj\", …] would take a mesh a \
                        pose";
@@ -35,6 +47,9 @@ fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> 
     let Some(count) = usize::try_from(count).ok().filter(|&count| count > 0) else {
         return Err(format!("says {count} samples; a file with one or more would do"));
     };
+    if vertices == 0 {
+        return Err("has no points; a file with as many as the mesh has vertices would do".to_owned());
+    }
     let [have, need] = [bytes.len() - HEADER, count.saturating_mul(12 * vertices)];
     if have < need {
         return Err(format!("says {count} samples, {need} bytes, and has {have}; a whole file would do"));
@@ -47,7 +62,7 @@ fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> 
 
 #[cfg(test)]
 mod tests {
-    use super::samples;
+    use super::read_poses;
 
     fn file(points: i32, count: i32, numbers: &[f32]) -> Vec<u8> {
         let mut bytes = b"POINTCACHE2\0".to_vec();
@@ -61,18 +76,19 @@ mod tests {
     #[test]
     fn samples_are_places_of_all_points() {
         let numbers: Vec<f32> = (0..12).map(|i| i as f32 / 4.0).collect();
-        let poses = samples(&file(2, 2, &numbers), 2).unwrap();
+        let poses = read_poses(&file(2, 2, &numbers), 2).unwrap();
         assert_eq!(poses[1], [[1.5, 1.75, 2.0], [2.25, 2.5, 2.75]]);
     }
 
     #[test]
     fn a_file_that_is_cut_off_or_of_another_mesh_is_refused() {
         let numbers = [0.0; 12];
-        let refused = |bytes: &[u8], vertices| samples(bytes, vertices).unwrap_err();
+        let refused = |bytes: &[u8], vertices| read_poses(bytes, vertices).unwrap_err();
         assert!(refused(&file(2, 3, &numbers), 2).contains("says 3 samples, 72 bytes, and has 48"));
         assert!(refused(&file(2, 2, &numbers), 3).contains("has 2 points, the mesh 3 vertices"));
         assert!(refused(&file(2, -1, &numbers), 2).contains("says -1 samples; a file with one or more"));
         assert!(refused(b"POINTCACHE2\0", 2).contains("no PC2 file"));
         assert!(refused(b"", 2).contains("no PC2 file"));
+        assert!(refused(&file(0, 2, &[]), 0).contains("has no points"));
     }
 }
