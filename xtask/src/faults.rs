@@ -43,6 +43,8 @@ const CALLS: [(&str, &str); 9] = [
 /// How many more addresses a run has each time [kB].
 const LARGE_STEP: usize = 1024;
 const SMALL_STEP: usize = 16;
+/// With which it must begin [kB].
+const MOST: usize = 4 << 20;
 
 /// How a run with little memory ended.
 #[derive(PartialEq)]
@@ -159,6 +161,9 @@ impl Desk<'_> {
         let mut least = LARGE_STEP;
         while self.with_memory(least, whole)? == Ended::BeforeItBegan {
             least += LARGE_STEP;
+            if least > MOST {
+                return Err(format!("it does not begin with {MOST} kB"));
+            }
         }
         let mut count = 0;
         for kilobytes in (least - LARGE_STEP..).step_by(SMALL_STEP) {
@@ -168,7 +173,7 @@ impl Desk<'_> {
                 Ended::BeforeItBegan => {}
             }
         }
-        Ok(count)
+        if count > 0 { Ok(count) } else { Err("no run ended for want of memory".into()) }
     }
 
     /// Runs it with so many kilobytes of addresses.
@@ -184,14 +189,21 @@ impl Desk<'_> {
             let is_whole = results(&self.folder.join("out"))? == *whole;
             return if is_whole { Ok(Ended::Well) } else { Err(with("the results are others".into())) };
         }
-        // Rust's own first steps, before the program's.
-        let began = said.contains("memory")
-            && !["shared librar", "alternative stack"].iter().any(|word| said.contains(word));
-        if began && said.contains("panicked") {
-            return Err(with(format!("it panics: {said}")));
+        // What the kernel, the loader of libraries and Rust itself do first.
+        let before =
+            ["shared librar", "alternative stack"].iter().any(|word| said.contains(word)) || said.is_empty();
+        if before && !self.folder.join("out").exists() {
+            return Ok(Ended::BeforeItBegan);
+        }
+        let is_told = match ended.status.code() {
+            Some(code) => matches!(code, 1 | 2) && said.starts_with("error: "),
+            None => said.contains("memory allocation of"),
+        };
+        if said.contains("panicked") || !is_told {
+            return Err(with(format!("it ends with {}: {said}", ended.status)));
         }
         self.goes_on_to(whole).map_err(with)?;
-        Ok(if began { Ended::ForWantOfMemory } else { Ended::BeforeItBegan })
+        Ok(Ended::ForWantOfMemory)
     }
 
     /// Whether a run goes on from what is there to the same results.

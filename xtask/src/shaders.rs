@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::process::ExitCode;
 
-/// RDNA 2, RDNA 3 and GCN 5.
-const FAMILIES: [&str; 3] = ["navi21", "gfx1100", "vega10"];
+/// RDNA 2, RDNA 3 (by its names in newer and older versions) and GCN 5.
+const FAMILIES: [&str; 3] = ["navi21", "navi31|gfx1100", "vega10"];
 const PAGE: &str = "docs/results/shaders.md";
 /// Most kernels have nothing to be said of; these are the ones with the fewest waves.
 const SHOWN: usize = 40;
@@ -64,10 +64,10 @@ fn page(found: &[Found]) -> String {
     let mut page = String::from(
         "# Kernels as a GPU's compiler sees them\n\n\
          `cargo xtask shaders` writes this page. Mesa's driver for AMD compiles every kernel with each choice of files that it is\n\
-         put together with, for GPUs that are not there; nothing is run. Shown are the kernels with the fewest waves: the 32 (10\n\
-         on vega10) or fewer that a SIMD can have in flight, by their registers and shared memory. Bytes are of code: the\n\
-         cache for instructions has 32,768. `cost` is the compiler's own guess of a wave's cycles, to be compared among kernels that\n\
-         are alike.\n",
+         put together with, for GPUs that are not there; nothing is run. Shown are the kernels with the fewest waves that a\n\
+         SIMD can have in flight, by their registers and shared memory: in units of 32 lanes and of at most 32, so that a wave of 64\n\
+         counts twice; on vega10 waves of 64, of at most 10. Bytes are of code: the cache for instructions has 32,768. `cost` is the\n\
+         compiler's own guess of a wave's cycles, to be compared among kernels that are alike.\n",
     );
     for one in found {
         let mut kernels: Vec<&Compiled> = one.kernels.iter().collect();

@@ -64,6 +64,9 @@ impl Compiler {
         let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut of_driver);
         // SAFETY: the device is one of the instance's.
         unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+        if properties.properties.api_version < vk::API_VERSION_1_3 {
+            return Err("the driver is of a Vulkan before 1.3, which kernels are written for here".into());
+        }
         let name =
             properties.properties.device_name_as_c_str().unwrap_or(c"?").to_string_lossy().into_owned();
         let driver = of_driver.driver_info_as_c_str().unwrap_or(c"?").to_string_lossy().into_owned();
@@ -194,7 +197,15 @@ impl Compiler {
 
     fn read(&self, pipeline: vk::Pipeline) -> VkResult<BTreeMap<String, f64>> {
         let info = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(0);
-        // SAFETY: the pipeline was made with statistics, and a compute pipeline has one executable.
+        // SAFETY: the pipeline is one of the device's.
+        let executables = unsafe {
+            self.executables
+                .get_pipeline_executable_properties(&vk::PipelineInfoKHR::default().pipeline(pipeline))
+        }?;
+        if executables.is_empty() {
+            return Err(vk::Result::ERROR_FEATURE_NOT_PRESENT);
+        }
+        // SAFETY: the pipeline was made with statistics, and has a first executable.
         let all = unsafe { self.executables.get_pipeline_executable_statistics(&info) }?;
         Ok(all
             .iter()

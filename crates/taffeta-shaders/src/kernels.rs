@@ -28,12 +28,12 @@ pub struct Buffer {
 
 /// The kernels of all files, with all choices that change their files.
 pub fn all() -> Result<Vec<Spirv>, String> {
-    let (shaders, choices) = (shaders(), choices());
+    let shaders = shaders();
     let mut kernels = Vec::new();
     for file in shaders.with_kernels() {
         let mut seen = BTreeSet::new();
-        for choices in &choices {
-            let source = shaders.source(file, choices)?;
+        for choices in choices(file) {
+            let source = shaders.source(file, &choices)?;
             if !seen.insert(source.clone()) {
                 continue;
             }

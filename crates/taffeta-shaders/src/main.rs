@@ -34,6 +34,15 @@ struct Compiled {
     statistics: BTreeMap<String, f64>,
 }
 
+/// What the program ends with where it has no driver to ask.
+const NO_DRIVER: u8 = 2;
+
+/// Why nothing was found.
+enum Failure {
+    NoDriver(String),
+    Other(String),
+}
+
 fn main() -> ExitCode {
     let names: Vec<String> = std::env::args().skip(1).collect();
     let result = if names.is_empty() {
@@ -46,20 +55,24 @@ fn main() -> ExitCode {
             println!("{text}");
             ExitCode::SUCCESS
         }
-        Err(message) => {
+        Err(Failure::NoDriver(message)) => {
+            eprintln!("taffeta-shaders: {message}");
+            ExitCode::from(NO_DRIVER)
+        }
+        Err(Failure::Other(message)) => {
             eprintln!("taffeta-shaders: {message}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn found() -> Result<Found, String> {
-    let compiler = Compiler::new()?;
+fn found() -> Result<Found, Failure> {
+    let compiler = Compiler::new().map_err(Failure::NoDriver)?;
     let mut kernels: Vec<Compiled> = Vec::new();
-    for Spirv { entry, with, words, buffers } in kernels::all()? {
+    for Spirv { entry, with, words, buffers } in kernels::all().map_err(Failure::Other)? {
         let mut statistics = compiler
             .statistics(&entry, &words, &buffers)
-            .map_err(|error| format!("`{entry}` cannot be compiled: {error}"))?;
+            .map_err(|error| Failure::Other(format!("`{entry}` cannot be compiled: {error}")))?;
         statistics.retain(|name, _| !HASHES.contains(&name.as_str()));
         let compiled = Compiled { entry, with, statistics };
         let is_it = |one: &Compiled| one.entry == compiled.entry && one.statistics == compiled.statistics;

@@ -7,7 +7,7 @@ use std::process::Command;
 
 /// Bytes of the cache for instructions.
 const CACHE: f64 = 32768.0;
-/// Waves of 32 that a SIMD of navi21 should have at least, of 32.
+/// Waves that a SIMD of navi21 should have at least, in units of 32 lanes, of 32.
 const WAVES: f64 = 16.0;
 /// Kernels that have fewer, and how many. Contact with a mesh computes with nine numbers a triangle, beside all that it knows of its
 /// node; the others miss by a few registers.
@@ -25,7 +25,9 @@ const FEWER: [(&str, &str, f64); 12] = [
     ("grid_patches", "", 14.0),
     ("mesh_patches", "", 14.0),
 ];
-/// The version that the numbers are of. Others have other schedulers.
+/// What the program ends with where it has no driver to ask.
+const NO_DRIVER: i32 = 2;
+/// The version that waves are of. Others have other schedulers.
 const MESA: &str = "Mesa 22.3.6";
 
 #[derive(Deserialize)]
@@ -45,28 +47,30 @@ struct Compiled {
 fn kernels_keep_within_registers_and_the_cache_for_instructions() {
     let output =
         Command::new(env!("CARGO_BIN_EXE_taffeta-shaders")).arg("navi21").output().expect("it starts");
-    if !output.status.success() {
-        println!("not checked: {}", String::from_utf8_lossy(&output.stderr));
+    let said = String::from_utf8_lossy(&output.stderr);
+    if output.status.code() == Some(NO_DRIVER) {
+        println!("not checked: {said}");
         return;
     }
+    assert!(output.status.success(), "{said}");
     let found: [Found; 1] = serde_json::from_slice(&output.stdout).expect("an array of one");
     let [Found { driver, kernels }] = found;
     assert!(kernels.len() > 150, "{} kernels", kernels.len());
-    if !driver.starts_with(MESA) {
-        println!("not checked: the driver is {driver}, and the numbers are of {MESA}");
-        return;
+    let counts_waves = driver.starts_with(MESA);
+    if !counts_waves {
+        println!("waves are not checked: the driver is {driver}, and the numbers are of {MESA}");
     }
-    let over: Vec<String> = kernels.iter().filter_map(over_budget).collect();
+    let over: Vec<String> = kernels.iter().filter_map(|one| over_budget(one, counts_waves)).collect();
     assert!(over.is_empty(), "{}", over.join("\n"));
 }
 
 /// What is too much of a kernel.
-fn over_budget(kernel: &Compiled) -> Option<String> {
+fn over_budget(kernel: &Compiled, counts_waves: bool) -> Option<String> {
     let of = |name: &str| kernel.statistics[name];
     let is_it = |&&(entry, with, _): &&(&str, &str, f64)| entry == kernel.entry && with == kernel.with;
     let waves = FEWER.iter().find(is_it).map_or(WAVES, |&(.., waves)| waves);
     let is_over = of("Code size") > CACHE
-        || of("Subgroups per SIMD") < waves
+        || counts_waves && of("Subgroups per SIMD") < waves
         || of("Spilled VGPRs") > 0.0
         || of("Scratch size") > 0.0;
     is_over.then(|| {

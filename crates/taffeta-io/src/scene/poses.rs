@@ -18,7 +18,8 @@ pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, S
     read_poses(&bytes, vertices).map_err(named)
 }
 
-/// Reads a PC2 file: its samples, each with a place [m] for each of so many `vertices`.
+/// Reads a PC2 file: its samples, each with a place [m] for each of so many `vertices`, as the file has them: also such as are no
+/// numbers.
 ///
 /// ```
 /// let header = [1_i32, 1, 0, 0, 2].map(i32::to_le_bytes).concat();

@@ -192,14 +192,18 @@ pub fn shaders() -> Shaders {
     Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
 }
 
-/// The files that may stand for what kernels import by a name, as scenes have them together; none first.
+/// The files that may stand for what kernels of a file import by a name, as scenes have them together; none first.
 #[cfg(all(feature = "gpu", feature = "extend"))]
-pub fn choices() -> Vec<Vec<kernels::Choice>> {
+pub fn choices(file: &str) -> Vec<Vec<kernels::Choice>> {
     use colliders::gpu::Contact;
     use implicit::gpu::{CONTACTS, COUPLED, MOVED};
     let contact = [Contact::Solids, Contact::Later, Contact::Meshes].map(|one| one.choices().to_vec());
-    let implicit = [vec![COUPLED], vec![CONTACTS], vec![COUPLED, CONTACTS], vec![MOVED]];
-    contact.into_iter().chain(implicit).collect()
+    let given = [Contact::Solids, Contact::Later].map(|one| [load::gpu::GIVEN, one.choices()].concat());
+    let implicit = [vec![COUPLED], vec![CONTACTS], vec![COUPLED, CONTACTS]];
+    // A Newton step asks for forces and directions of elements elsewhere than where the sub-step began.
+    let is_of_kind = KINDS.iter().any(|kind| kind.shaders.iter().any(|shader| shader.0 == file));
+    let moved = is_of_kind.then(|| vec![MOVED]);
+    contact.into_iter().chain(given).chain(implicit).chain(moved).collect()
 }
 
 /// Bytes of the arrays that a body needs on the device, and what they hold.

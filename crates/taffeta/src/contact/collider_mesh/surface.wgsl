@@ -173,8 +173,8 @@ fn outward_of(found: MeshContact) -> MeshContact {
 
 /// A walk through a mesh's tree. It has no stack, which would take more registers than all else.
 struct Walk {
-    /// The box or triangle where it is: box i has the halves 2i and 2i + 1, and the four triangles of a leaf are those of halves
-    /// that have no boxes. 0 behind the last.
+    /// The box or triangle where it is: box i has the halves 2i and 2i + 1, and a leaf has the four triangles that halves of its halves
+    /// would be. 0 behind the last.
     index: u32,
     /// Whether the other half waits, a bit a level, the lowest for this one; the tree has less than 32 levels.
     waiting: u32,
@@ -185,18 +185,22 @@ fn down(walk: Walk, half: u32) -> Walk {
     return Walk(2u * walk.index + half, 2u * walk.waiting + 1u);
 }
 
-/// To the next half that waits.
-fn on(walk: Walk) -> Walk {
+/// To the first triangle of a leaf; the others wait.
+fn into_leaf(walk: Walk) -> Walk {
+    return Walk(4u * walk.index, 4u * walk.waiting + 3u);
+}
+
+/// To the next that waits. Halves of a leaf are no turns of their own.
+fn on(walk: Walk, mesh: MeshPart) -> Walk {
     if walk.waiting == 0u {
         return Walk(0u, 0u);
     }
     let levels = countTrailingZeros(walk.waiting);
-    return Walk((walk.index >> levels) ^ 1u, (walk.waiting >> levels) ^ 1u);
-}
-
-/// Whether a half has a box.
-fn has_box(mesh: MeshPart, index: u32) -> bool {
-    return index < 2u * mesh.width;
+    let next = Walk((walk.index >> levels) ^ 1u, (walk.waiting >> levels) ^ 1u);
+    if next.index >= 2u * mesh.width && next.index < 4u * mesh.width {
+        return down(next, 0u);
+    }
+    return next;
 }
 
 /// The nearest point of a triangle.
@@ -208,15 +212,14 @@ fn nearest_in(triangle: u32, corners: Corners, x: vec3f) -> Nearest {
 
 /// The crossings of a segment.
 struct Passage {
-    /// The triangle that is crossed first, and the fraction of the segment before that.
-    triangle: u32,
-    fraction: f32,
+    /// That of the triangle that is crossed first.
+    hit: Crossing,
     /// Whether any triangle is crossed outward.
     comes_out: bool,
 }
 
 /// Whether a crossing comes before all that are known; of two at the same time, that of the first triangle.
-fn is_sooner(found: Crossing, known: Passage) -> bool {
+fn is_sooner(found: Crossing, known: Crossing) -> bool {
     if found.triangle == NO_TRIANGLE {
         return false;
     }
@@ -234,7 +237,7 @@ fn crossing_in(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f, tri
 fn passage_of(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Passage {
     let lo = select(end, start, start < end);
     let hi = select(start, end, start < end);
-    var passage = Passage(NO_TRIANGLE, 0.0, false);
+    var passage = Passage(no_crossing(), false);
     var walk = Walk(1u, 0u);
     while walk.index > 0u && may_turn() {
         let index = walk.index;
@@ -243,19 +246,22 @@ fn passage_of(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> P
             if triangle < mesh.count {
                 let found = crossing_in(collider, mesh, start, end, triangle);
                 passage.comes_out |= found.triangle != NO_TRIANGLE && !found.inward;
-                if is_sooner(found, passage) {
-                    passage.triangle = triangle;
-                    passage.fraction = found.fraction;
+                if is_sooner(found, passage.hit) {
+                    passage.hit = found;
                 }
             }
-            walk = on(walk);
+            walk = on(walk, mesh);
             continue;
         }
-        if has_box(mesh, index) && !boxes_meet(mesh, index, lo, hi) {
-            walk = on(walk);
+        if !boxes_meet(mesh, index, lo, hi) {
+            walk = on(walk, mesh);
             continue;
         }
-        walk = down(walk, 0u);
+        if index >= mesh.width {
+            walk = into_leaf(walk);
+        } else {
+            walk = down(walk, 0u);
+        }
     }
     return passage;
 }
@@ -327,7 +333,7 @@ fn sought(
         let index = walk.index;
         if index >= 4u * mesh.width {
             let triangle = index - 4u * mesh.width;
-            walk = on(walk);
+            walk = on(walk, mesh);
             if triangle >= mesh.count {
                 continue;
             }
@@ -347,11 +353,15 @@ fn sought(
             continue;
         }
         let most = select(bound, min(around.squared, bound), what == SEEK_NEAREST);
-        if has_box(mesh, index) && box_squared(mesh, index, x) > most * LOOSE + mesh.rounding {
-            walk = on(walk);
+        if box_squared(mesh, index, x) > most * LOOSE + mesh.rounding {
+            walk = on(walk, mesh);
             continue;
         }
-        let right_first = what == SEEK_NEAREST && index < mesh.width
+        if index >= mesh.width {
+            walk = into_leaf(walk);
+            continue;
+        }
+        let right_first = what == SEEK_NEAREST
             && box_squared(mesh, 2u * index + 1u, x) < box_squared(mesh, 2u * index, x);
         walk = down(walk, select(0u, 1u, right_first));
     }
@@ -430,17 +440,22 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
     if turns > TURNS {
         return at_end;
     }
-    if passage.triangle != NO_TRIANGLE {
-        let hit = crossing_in(collider, mesh, start, end, passage.triangle);
+    let hit = passage.hit;
+    if hit.triangle != NO_TRIANGLE {
         // Whether it is on the wrong side, so that the direction to the nearest point does not lead back. It leads
         // on, or the node has come out again, for example to enter another part of the mesh. The side of a sheet is
         // unknown if the node started on it up to rounding.
         let leads_on = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
         let has_passed = hit.inward && (passage.comes_out || leads_on);
         if select(hit.height > rounding_at(start), has_passed, mesh.is_solid) {
-            let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.barycentric);
-            let depth = collider.size - dot3(end - plane, hit.normal);
-            return MeshContact(hit.normal, depth, changing(mesh, hit.triangle, hit.barycentric, collider.w), true);
+            let before = corners_of(mesh, hit.triangle, collider.u);
+            let after = corners_of(mesh, hit.triangle, collider.v);
+            let crossed = crossed_at(start, end, before, after, hit.fraction);
+            let barycentric = crossed.areas * (1.0 / crossed.squared);
+            let unit = 1.0 / sqrt(crossed.squared);
+            let normal = crossed.normal * select(-unit, unit, hit.inward);
+            let depth = collider.size - dot3(end - mix_of(after, barycentric), normal);
+            return MeshContact(normal, depth, changing(mesh, hit.triangle, barycentric, collider.w), true);
         }
     }
     return MeshContact(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
@@ -495,11 +510,14 @@ fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u3
     var before = vec3f(0.0);
     var left = 0.0;
     for (var round = 0u; round <= GROOVES + 1u; round++) {
-        // What comes last is where it started: all walks in one place, as in outward_at.
+        // What comes last is where it started: all walks in one place, as in contact_near.
         let is_start = round > GROOVES;
         let found = contact_on_segment(collider, mesh, come, local_of(collider, select(node.x, place, is_start)));
         if is_start {
-            if was_better(collider, place, found.depth, left) {
+            if turns > TURNS {
+                // None, so that the frame fails.
+                node.x = found.normal;
+            } else if was_better(collider, place, found.depth, left) {
                 node.x = place;
             }
             break;

@@ -12,12 +12,8 @@ struct Corners {
 
 /// The crossing of a segment and a triangle, if there is one.
 struct Crossing {
-    /// Barycentric coordinates.
-    barycentric: vec3f,
     /// Fraction of the segment before it.
     fraction: f32,
-    /// Unit normal of the triangle there, toward the segment's start.
-    normal: vec3f,
     /// The triangle; NO_TRIANGLE: none.
     triangle: u32,
     /// Squared distance of its start from the triangle's plane at that time [m²].
@@ -102,7 +98,27 @@ fn corners_between(start: Corners, end: Corners, fraction: f32) -> Corners {
 }
 
 fn no_crossing() -> Crossing {
-    return Crossing(vec3f(0.0), 0.0, vec3f(0.0), NO_TRIANGLE, 0.0, false);
+    return Crossing(0.0, NO_TRIANGLE, 0.0, false);
+}
+
+/// Where a segment crosses the plane of a triangle that moves.
+struct Crossed {
+    /// Areas of the triangles of that point and two corners, times that of the whole: barycentric coordinates times `squared`.
+    areas: vec3f,
+    /// Normal of the triangle then, and its squared length.
+    normal: vec3f,
+    squared: f32,
+}
+
+/// The same at a fraction of the segment.
+fn crossed_at(start: vec3f, end: vec3f, before: Corners, after: Corners, fraction: f32) -> Crossed {
+    let place = start + (end - start) * fraction;
+    let corners = corners_between(before, after, fraction);
+    let normal = normal_of(corners);
+    let a = dot3(cross3(corners.c - corners.b, place - corners.b), normal);
+    let b = dot3(cross3(corners.a - corners.c, place - corners.c), normal);
+    let c = dot3(cross3(corners.b - corners.a, place - corners.a), normal);
+    return Crossed(vec3f(a, b, c), normal, dot3(normal, normal));
 }
 
 /// The crossing of a node that moves straight from `start` to `end` and a triangle that moves from `before` to
@@ -116,26 +132,17 @@ fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triang
         return no_crossing();
     }
     let fraction = above / (above - below);
-    let place = start + (end - start) * fraction;
-    let corners = corners_between(before, after, fraction);
-    let normal = normal_of(corners);
-    let squared = dot3(normal, normal);
-    if squared <= TINY {
+    let crossed = crossed_at(start, end, before, after, fraction);
+    if crossed.squared <= TINY {
         return no_crossing();
     }
     // Slightly wider than the triangle, so that segments do not slip through between two.
-    let least = squared * -PASSED;
-    let a = dot3(cross3(corners.c - corners.b, place - corners.b), normal);
-    let b = dot3(cross3(corners.a - corners.c, place - corners.c), normal);
-    let c = dot3(cross3(corners.b - corners.a, place - corners.a), normal);
-    if a < least || b < least || c < least {
+    let least = crossed.squared * -PASSED;
+    if any(crossed.areas < vec3f(least)) {
         return no_crossing();
     }
-    let inverse = 1.0 / squared;
-    let unit = 1.0 / sqrt(squared);
-    let side = select(-unit, unit, inward);
     let height = above * above / (dot3(first, first) + TINY);
-    return Crossing(vec3f(a, b, c) * inverse, fraction, normal * side, triangle, height, inward);
+    return Crossing(fraction, triangle, height, inward);
 }
 
 /// The angle at the corner `p` [rad].

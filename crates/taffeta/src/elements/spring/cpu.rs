@@ -173,7 +173,8 @@ impl<T: Real> Feature<T> for Springs<T> {
 
     fn bytes(&self) -> usize {
         let of_body = |body: &BodyRows<T>| match body {
-            BodyRows::Grid(_) | BodyRows::Narrow(..) => 0,
+            BodyRows::Grid(_) => 0,
+            BodyRows::Narrow(_, masks) => masks.bytes(),
             BodyRows::Mesh { sets, .. } => sets.iter().map(GatheredSprings::bytes).sum(),
         };
         self.bodies.iter().map(of_body).sum()

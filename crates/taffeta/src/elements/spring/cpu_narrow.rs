@@ -6,6 +6,7 @@
 
 use crate::cpu::column::Column;
 use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::cpu::tiles::TILE_NODES;
 use crate::elements::spring::cpu_grid::{Direction, GridSprings, any_beyond};
 use crate::elements::spring::spring;
 use crate::elements::spring::stencil::GRID_STEPS as STEPS;
@@ -33,6 +34,11 @@ const fn mask_of(across: isize) -> Option<usize> {
 }
 
 impl<T: Real> Masks<T> {
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        self.masks.iter().map(|mask| size_of_val(&mask[..])).sum()
+    }
+
     /// For a grid of so many columns, and blocks of up to so many nodes.
     pub fn new(cols: usize, nodes: usize) -> Self {
         let mask = |across: isize| {
@@ -62,6 +68,9 @@ pub struct NarrowSweep<T> {
     beyond_before: bool,
     has_before: bool,
 }
+
+// Two rows before a block are in the block before it.
+const _: () = assert!(TILE_NODES >= 2 * NARROW);
 
 /// Room for two rows, in whole vectors.
 const BEFORE: usize = (2 * NARROW + LANES).next_multiple_of(LANES);
@@ -299,62 +308,68 @@ fn add_up<T: Real>(sweep: &NarrowSweep<T>, cols: usize, at: usize, axis: usize, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cpu::tiles::TILE_NODES;
     use crate::elements::spring::cpu_grid::Sweep;
     use crate::topology::random::SplitMix64;
 
-    /// A grid with springs of some directions, and a state without order, padded for whole vectors.
-    fn grid(rows: usize, cols: usize, seed: u64) -> (GridSprings<f32>, [Vec<f32>; 6]) {
+    /// A grid with springs of some directions, and a state without order, padded for whole vectors. One node is far away.
+    fn grid<T: Real>([rows, cols]: [usize; 2], seed: u64) -> (GridSprings<T>, [Vec<T>; 6]) {
         let mut random = SplitMix64::new(seed);
-        let mut number = || random.unit() as f32;
+        let mut number = || T::from_f64(random.unit());
         let along = [0, 1, 2, 3, 4, 5].map(|direction| {
-            let spring = Direction { k: 10.0 + number(), damping: number(), rest_length: number() };
-            (seed % 5 != 0 || direction != seed % 6).then_some(spring)
+            let spring = Direction { k: number(), damping: number(), rest_length: T::from_f64(2.0) };
+            (!seed.is_multiple_of(5) || direction != seed % 6).then_some(spring)
         });
         let places = rows * cols + 4 * LANES;
-        let state = [(); 6].map(|()| (0..places).map(|_| number()).collect());
+        let mut state = [(); 6].map(|()| (0..places).map(|_| number()).collect::<Vec<T>>());
+        state[0][seed as usize * 7 % (rows * cols)] = T::from_f64(9.0);
         (GridSprings { rows, cols, along }, state)
     }
 
-    #[test]
-    fn a_block_has_the_forces_of_its_rows_wherever_a_worker_begins() {
+    /// Compares both sweeps of all blocks from each one on. Returns how many were within and beyond the limit.
+    fn compare<T: Real>(level: SimdLevel, limit: Option<f64>) -> [usize; 2] {
         let sizes = [[1, 1], [5, 1], [1, 7], [2, 2], [3, 5], [30, 20], [60, 17], [9, NARROW], [25, 100]];
-        let mut seen = [0; 2];
+        let limit = limit.map(T::from_f64);
         // The same ones for all: what a grid has left must not be in the next.
-        let mut sweeps = [None, Some(1.2), Some(3.0)]
-            .map(|limit| (Sweep::new(NARROW, limit), NarrowSweep::new(TILE_NODES, limit)));
-        for (seed, [rows, cols]) in sizes.into_iter().cycle().take(54).enumerate() {
-            let (grid, state) = grid(rows, cols, seed as u64);
+        let (mut wide, mut narrow) = (Sweep::new(NARROW, limit), NarrowSweep::new(TILE_NODES, limit));
+        let mut seen = [0; 2];
+        for (seed, [rows, cols]) in (0..).zip(sizes.into_iter().cycle().take(4 * sizes.len())) {
+            let (grid, state) = grid::<T>([rows, cols], seed);
             let old = state.each_ref().map(Vec::as_slice);
             let masks = Masks::new(cols, TILE_NODES);
-            let (wide, narrow) = &mut sweeps[seed % 3];
             let blocks: Vec<_> = (0..rows).step_by(TILE_NODES / cols).collect();
             for first in 0..blocks.len() {
                 wide.restart();
                 narrow.restart();
                 for &start in &blocks[first..] {
                     let block = start..rows.min(start + TILE_NODES / cols);
-                    let level = SimdLevel::detect();
                     let mut forces = [(); 2].map(|()| [(); 3].map(|()| Column::zeros(TILE_NODES)));
                     let [by_rows, by_blocks] = &mut forces;
                     let beyond = [
                         wide.springs(level, (0, &grid), (block.clone(), 0..cols), old, by_rows),
                         narrow.springs(level, (0, &grid, &masks), block.clone(), old, by_blocks),
                     ];
-                    assert_eq!(beyond[0], beyond[1], "{rows} × {cols}, {block:?} from block {first}");
+                    let place = format!("{rows} × {cols}, {block:?} from block {first} at {level}");
+                    assert_eq!(beyond[0], beyond[1], "{place}");
                     seen[usize::from(beyond[0])] += 1;
-                    for axis in 0..3 {
-                        let bits =
-                            |force: &Column<f32>| force.iter().map(|one| one.to_bits()).collect::<Vec<_>>();
-                        assert_eq!(
-                            bits(&by_rows[axis]),
-                            bits(&by_blocks[axis]),
-                            "{rows} × {cols}, {block:?} from block {first}, axis {axis}"
-                        );
-                    }
+                    assert_eq!(bits(by_rows), bits(by_blocks), "{place}");
                 }
             }
         }
-        assert!(seen.iter().all(|&count| count > 10), "{seen:?} blocks within and beyond the limit");
+        seen
+    }
+
+    fn bits<T: Real>(force: &[Column<T>; 3]) -> Vec<u64> {
+        force.iter().flat_map(|axis| axis.iter().map(|one| one.to_f64().to_bits())).collect()
+    }
+
+    #[test]
+    fn a_block_has_the_forces_of_its_rows_wherever_a_worker_begins() {
+        let levels = [SimdLevel::Base, SimdLevel::Avx2, SimdLevel::Avx512];
+        for level in levels.into_iter().filter(|&level| level <= SimdLevel::detect()) {
+            compare::<f32>(level, None);
+            compare::<f64>(level, None);
+            let seen = [compare::<f32>(level, Some(2.0)), compare::<f64>(level, Some(2.0))];
+            assert!(seen.iter().flatten().all(|&count| count > 20), "{seen:?} blocks within and beyond it");
+        }
     }
 }

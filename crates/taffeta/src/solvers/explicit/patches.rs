@@ -34,14 +34,16 @@ pub fn rimmed_bytes() -> u32 {
 
 /// Turns of all its loops that an invocation may take: Mesa's software driver ends it after 65,536, without a word.
 pub const MOST_TURNS: usize = 60_000;
-/// Turns that contact takes for each collider: each is met, entered in twelve steps, each may press, and a wedge is left in
-/// twelve rounds.
-pub const COLLIDER_TURNS: usize = 26;
+/// Turns that contact takes for each collider: each is met, entered in twelve steps and two looks, and a wedge is left in twelve
+/// rounds.
+pub const COLLIDER_TURNS: usize = 27;
+/// Turns that it takes for each mesh beside walks: each acts in five rounds, or is looked at once more, and is looked at in the rounds
+/// in which wedges are left; a look has three walks and an end.
+const MESH_TURNS: usize = 6 + 6 * 4 + 12 * 4;
 
-/// Turns that contact with colliders takes at most, walks through the triangles of meshes included. Each mesh acts in five
-/// rounds, too.
+/// Turns that contact with colliders takes at most, walks through the triangles of meshes included.
 pub fn collider_turns(colliders: usize, meshes: usize) -> usize {
-    COLLIDER_TURNS * colliders + 5 * meshes + 8 * WALK_TURNS as usize * meshes.min(1)
+    COLLIDER_TURNS * colliders + MESH_TURNS * meshes + 8 * WALK_TURNS as usize * meshes.min(1)
 }
 
 /// Sub-steps that an invocation can take at once.

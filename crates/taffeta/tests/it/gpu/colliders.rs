@@ -294,7 +294,7 @@ fn what_a_device_cannot_do_with_meshes_is_refused() {
             scene.colliders.extend((1..colliders).map(far));
             built(&scene, gpu().into())
         };
-        assert_eq!(crowd(461), None);
-        assert!(crowd(462).unwrap().contains("the scene has 462 colliders"));
+        assert_eq!(crowd(441), None);
+        assert!(crowd(442).unwrap().contains("the scene has 442 colliders"));
     }
 }

@@ -73,7 +73,7 @@ pub const FAULTS: &[Fault] = &[
     ("contact_all_meshes", "let is_on_edge = mesh.is_solid && !all(own);", "let is_on_edge = false;"),
     ("contact_all_meshes", "2u * walk.waiting + 1u", "2u * walk.waiting"),
     ("contact_all_meshes", "(walk.index >> levels) ^ 1u", "(walk.index >> levels) + 1u"),
-    ("contact_all_meshes", "passage.fraction = found.fraction;", ""),
+    ("contact_all_meshes", "passage.hit = found;", "passage.hit.triangle = triangle;"),
     ("contact_all_meshes", "NO_TRIANGLE && !found.inward", "NO_TRIANGLE"),
     ("contact_all_meshes", "const GROOVES: u32 = 4u;", "const GROOVES: u32 = 1u;"),
     ("contact_all_meshes", "corners_in(at) == corners_in(own)", "triangle == nearest"),
@@ -92,7 +92,7 @@ pub const FAULTS: &[Fault] = &[
         "if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {",
         "if vc <= 0.0 && d1 >= 0.0 && d3 < -0.1 {",
     ),
-    ("contact_all_meshes", "let side = select(-unit, unit, inward);", "let side = unit;"),
+    ("contact_all_meshes", "select(-unit, unit, hit.inward)", "unit"),
     (
         "contact_all_meshes",
         "triangle, apart, dot3(apart, apart))",
