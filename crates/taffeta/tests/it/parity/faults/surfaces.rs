@@ -143,7 +143,6 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("sort_parts", "return a.z < b.z;", "return a.z > b.z;"),
     ("sort_parts", "return groups_a.y < groups_b.y;", "return a.x < b.x;"),
-    ("correct_impulses", "return max(sum, most / LEVER);", "return sum;"),
     ("correct_impulses", "let most = one.friction * normal + one.grip;", "let most = normal + one.grip;"),
     ("correct_impulses", "let wanted = -max(one.gap, 0.0) / h;", "let wanted = 0.0;"),
     ("correct_impulses", "f32(counted(count_at(node)))", "1.0"),
