@@ -212,7 +212,7 @@ fn own_springs<T: Real, const LIMITED: bool>(
         let (a, b) = grid.ends(direction, row);
         let ends = [a + owned.start, b + owned.start];
         let (x, y, z) = (&mut x[..padded], &mut y[..padded], &mut z[..padded]);
-        row_springs::<T, LIMITED>(old, ends, x, y, z, squares, along);
+        springs_in_line::<T, LIMITED, false>(old, ends, x, y, z, (squares, &[]), along);
         if LIMITED && any_beyond(&squares[..count], reach) {
             sweep.beyond[row % 3] = true;
         }
@@ -222,19 +222,22 @@ fn own_springs<T: Real, const LIMITED: bool>(
     }
 }
 
+/// Forces on the first ends of springs whose ends follow each other, from `a` and `b` on; with a mask, of those whose number in it is
+/// more than 0 alone.
 #[inline(always)]
-fn row_springs<T: Real, const LIMITED: bool>(
+pub fn springs_in_line<T: Real, const LIMITED: bool, const MASKED: bool>(
     old: &[&[T]; 6],
     [a, b]: [usize; 2],
     x: &mut [T],
     y: &mut [T],
     z: &mut [T],
-    squares: &mut [T],
+    (squares, mask): (&mut [T], &[T]),
     along: Direction<T>,
 ) {
     let n = x.len();
     let (y, z) = (&mut y[..n], &mut z[..n]);
     let squares = &mut squares[..if LIMITED { n } else { 0 }];
+    let mask = &mask[..if MASKED { n } else { 0 }];
     let (ax, ay, az) = (&old[0][a..a + n], &old[1][a..a + n], &old[2][a..a + n]);
     let (au, av, aw) = (&old[3][a..a + n], &old[4][a..a + n], &old[5][a..a + n]);
     let (bx, by, bz) = (&old[0][b..b + n], &old[1][b..b + n], &old[2][b..b + n]);
@@ -243,12 +246,13 @@ fn row_springs<T: Real, const LIMITED: bool>(
         let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
         let dv = [bu[i] - au[i], bv[i] - av[i], bw[i] - aw[i]];
         let factor = spring::factor(d, dv, along.k, along.damping, along.rest_length);
+        let stays = !MASKED || mask[i] > T::ZERO;
         if LIMITED {
-            squares[i] = dot(d, d);
+            squares[i] = if stays { dot(d, d) } else { T::ZERO };
         }
-        x[i] = factor * d[0];
-        y[i] = factor * d[1];
-        z[i] = factor * d[2];
+        x[i] = if stays { factor * d[0] } else { T::ZERO };
+        y[i] = if stays { factor * d[1] } else { T::ZERO };
+        z[i] = if stays { factor * d[2] } else { T::ZERO };
     }
 }
 
