@@ -88,6 +88,19 @@ fn solved(mut scene: Scene, method: Method, form: ConstraintForm) -> Scene {
     scene
 }
 
+/// Nodes of the third sheet are so light that it is thrown beyond all numbers. What the solver then has of it stays in memory beside
+/// what it has of the second and the fourth, and must not reach them.
+#[test]
+fn no_number_of_a_body_that_overflows_reaches_its_neighbours() {
+    let mut scene = solved(sheets(false), Method::Ice, ConstraintForm::Primal);
+    scene.bodies[2] = scene.bodies[2].clone().with_mass(Mass::Node(1e-15));
+    for threads in [1, 2] {
+        let [freeze, stop] =
+            [OnDivergence::Freeze, OnDivergence::Stop].map(|on| options(on, Precision::F32, threads));
+        frozen_is_as_pinned(&scene, [&freeze, &stop], &["sheet 2"]);
+    }
+}
+
 #[test]
 fn the_others_go_on_bit_by_bit_as_if_it_were_pinned() {
     let solvers = [

@@ -93,7 +93,7 @@ impl<T: Real> CoarseContacts<T> {
             rows: Shared::default(),
             groups: Shared::default(),
             slices: vec![Slice::default(); table.places.div_ceil(LANES)].into(),
-            shares: Columns::new(6, table.places, 0),
+            shares: Columns::new(6, table.places),
         };
         all.share(workers);
         all

@@ -1,4 +1,4 @@
-//! Several numbers a node, one column each, with a margin on both sides.
+//! Several numbers a node, one column each.
 
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
@@ -10,39 +10,31 @@ use std::ops::Range;
 /// the same sets of the cache.
 const STAGGER: usize = 5;
 
-/// Where columns are in their memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Shape {
-    /// From one column to the next.
-    stride: usize,
-    /// Numbers before the first place: neighbours in a grid are read by their distance, beyond its rim, too.
-    lead: usize,
-}
-
 /// Columns of numbers by place.
 pub struct Columns<T> {
     data: Shared<T>,
-    shape: Shape,
+    /// From one column to the next.
+    stride: usize,
 }
 
 /// The same, to read.
 #[derive(Clone, Copy)]
 pub struct View<'a, T> {
     data: &'a [T],
-    shape: Shape,
+    /// From one column to the next.
+    stride: usize,
 }
 
 impl<T: Real> Columns<T> {
-    /// Zeros by `places`, `lead` more before and behind.
-    pub fn new(axes: usize, places: usize, lead: usize) -> Self {
-        let lead = lead.next_multiple_of(LANES);
-        let stride = (places + 2 * lead).next_multiple_of(LANES) + STAGGER * LANES;
-        Self { data: Column::zeros(axes * stride).into(), shape: Shape { stride, lead } }
+    /// Zeros by `places`.
+    pub fn new(axes: usize, places: usize) -> Self {
+        let stride = places.next_multiple_of(LANES) + STAGGER * LANES;
+        Self { data: Column::zeros(axes * stride).into(), stride }
     }
 
     /// Sets one number.
     pub fn set(&mut self, axis: usize, place: usize, number: T) {
-        self.data.get_mut()[axis * self.shape.stride + self.shape.lead + place] = number;
+        self.data.get_mut()[axis * self.stride + place] = number;
     }
 
     /// Bytes that they take.
@@ -58,7 +50,7 @@ impl<T> Columns<T> {
     /// As of [`Shared::read`].
     pub unsafe fn read(&self) -> View<'_, T> {
         // SAFETY: promised by the caller.
-        View { data: unsafe { self.data.read() }, shape: self.shape }
+        View { data: unsafe { self.data.read() }, stride: self.stride }
     }
 
     /// The numbers of one place.
@@ -92,28 +84,40 @@ impl<T> Columns<T> {
     /// As of [`Shared::write`].
     #[expect(clippy::mut_from_ref, reason = "the caller promises that the reference is unique")]
     pub unsafe fn write<const N: usize>(&self, part: &Range<usize>) -> [&mut [T]; N] {
-        let from = |axis: usize| axis * self.shape.stride + self.shape.lead;
+        let from = |axis: usize| axis * self.stride;
         // SAFETY: promised by the caller; columns do not overlap.
         std::array::from_fn(|axis| unsafe { self.data.write(from(axis) + part.start..from(axis) + part.end) })
     }
 }
 
 impl<'a, T: Real> View<'a, T> {
-    /// Numbers of a slice of places.
+    /// Numbers of sixteen places from one on.
     #[inline(always)]
     pub fn lanes<const N: usize>(&self, start: usize) -> [[T; LANES]; N] {
-        self.lanes_from::<N>(start as isize)
-    }
-
-    /// Numbers of sixteen places from one on, which may lie in the margin.
-    #[inline(always)]
-    pub fn lanes_from<const N: usize>(&self, start: isize) -> [[T; LANES]; N] {
         let mut lanes = [[T::ZERO; LANES]; N];
         for (axis, lanes) in lanes.iter_mut().enumerate() {
-            let from = ((axis * self.shape.stride + self.shape.lead) as isize + start) as usize;
+            let from = axis * self.stride + start;
             lanes.copy_from_slice(&self.data[from..from + LANES]);
         }
         lanes
+    }
+
+    /// Numbers of a grid's nodes `shift` further on than sixteen places from `first` on. Where those are not all of the grid, which is
+    /// from place `start` to `end`, they are taken from `places`, which has the places themselves for nodes that there are none of: what
+    /// lies there is another body's, and 0 times what has blown up is no number.
+    #[inline(always)]
+    pub fn beside<const N: usize>(
+        &self,
+        [first, start, end]: [usize; 3],
+        shift: i32,
+        places: &[u32; LANES],
+    ) -> [[T; LANES]; N] {
+        let from = first as isize + shift as isize;
+        if from >= start as isize && from + LANES as isize <= end as isize {
+            self.lanes(from as usize)
+        } else {
+            self.gather(places)
+        }
     }
 
     /// Numbers of sixteen places.
@@ -121,7 +125,7 @@ impl<'a, T: Real> View<'a, T> {
     pub fn gather<const N: usize>(&self, places: &[u32; LANES]) -> [[T; LANES]; N] {
         let mut lanes = [[T::ZERO; LANES]; N];
         for (axis, lanes) in lanes.iter_mut().enumerate() {
-            let column = &self.data[axis * self.shape.stride + self.shape.lead..];
+            let column = &self.data[axis * self.stride..];
             for (lane, &place) in lanes.iter_mut().zip(places) {
                 *lane = column[place as usize];
             }
@@ -131,12 +135,12 @@ impl<'a, T: Real> View<'a, T> {
 
     /// One column.
     pub fn column(&self, axis: usize) -> &'a [T] {
-        &self.data[axis * self.shape.stride + self.shape.lead..(axis + 1) * self.shape.stride]
+        &self.data[axis * self.stride..(axis + 1) * self.stride]
     }
 
     /// Numbers of one place.
     #[inline(always)]
     pub fn at<const N: usize>(&self, place: usize) -> [T; N] {
-        std::array::from_fn(|axis| self.data[axis * self.shape.stride + self.shape.lead + place])
+        std::array::from_fn(|axis| self.data[axis * self.stride + place])
     }
 }

@@ -87,15 +87,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let here = &shared.levels[0];
         // SAFETY: what was moved was written before a barrier; chunks do not overlap.
         unsafe {
-            let moved = shared.moved.read();
             let kernel = SetUp {
                 part: part.clone(),
                 table,
+                body: chunk.body,
                 rest: &self.primal.rest,
                 material: &self.primal.material,
                 stiff: &self.scratch.stiff,
-                places: [0, 1, 2].map(|axis| moved.column(axis)),
-                velocities: [3, 4, 5].map(|axis| moved.column(axis)),
+                moved: shared.moved.read(),
                 mass: self.masses(),
                 inverse_mass: &self.worker.nodes.inverse_mass,
                 predicted: if self.colliders.is_empty() { &[] } else { shared.predicted.read() },
@@ -143,7 +142,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// The velocity of a place without springs, which waits where the state after will be.
     pub fn free_velocity(&self, place: usize) -> [T; 3] {
         // SAFETY: written before a barrier, and written over after another.
-        [0, 1, 2].map(|axis| unsafe { self.worker.next()[axis].read() }[place])
+        unsafe {
+            let [x, y, z, ..] = self.worker.next();
+            [x.read()[place], y.read()[place], z.read()[place]]
+        }
     }
 
     /// Where the iteration starts: in the first Newton step from what springs did in the last sub-step, times what brings it

@@ -59,7 +59,7 @@ impl<T: Real> ElementBlocks<T> {
         let half = products.iter().map(Product::len).max().unwrap_or(0);
         Some(Self {
             blocks: slots.map(|count| Column::zeros(BLOCK * count).into()).collect(),
-            factors: tables.iter().map(|table| Columns::new(1, table.places, 0)).collect(),
+            factors: tables.iter().map(|table| Columns::new(1, table.places)).collect(),
             half: vec![[T::ZERO; BLOCK]; half].into(),
             bodies: bodies.map(|body| assembly.has_solved_elements(body)).collect(),
             assembled,

@@ -216,7 +216,7 @@ impl<T: Real> Multigrid<T> {
 
 impl<T: Real> LevelWork<T> {
     fn new(table: &Table<T>, numbers: usize) -> Self {
-        let columns = |axes| Columns::new(axes, table.places, table.margin);
+        let columns = |axes| Columns::new(axes, table.places);
         Self {
             blocks: Column::zeros(table.count() * numbers).into(),
             own: columns(6),
@@ -236,9 +236,9 @@ impl<T: Real> LevelWork<T> {
 impl<T: Real> Work<T> {
     /// Room for the system on all levels.
     fn new(tables: &[Table<T>], (surfaces, second_order): (bool, bool), sewn: usize) -> Self {
-        let (places, margin, chunks) = (tables[0].places, tables[0].margin, tables[0].chunks.len());
+        let (places, chunks) = (tables[0].places, tables[0].chunks.len());
         let held = if surfaces { places } else { 0 };
-        let columns = |axes| Columns::new(axes, places, margin);
+        let columns = |axes| Columns::new(axes, places);
         let numbers = |level| if level == 0 { FINE } else { COARSE };
         Self {
             levels: (0..).zip(tables).map(|(level, table)| LevelWork::new(table, numbers(level))).collect(),
@@ -248,13 +248,13 @@ impl<T: Real> Work<T> {
             p: columns(3),
             s: columns(3),
             right: columns(3),
-            impulse: Columns::new(3, places, 0),
+            impulse: Columns::new(3, places),
             history: second_order.then(|| History {
-                rate: Columns::new(3, places, 0),
-                base: Columns::new(6, places, 0),
+                rate: Columns::new(3, places),
+                base: Columns::new(6, places),
                 mass: Column::zeros(places + LANES).into(),
             }),
-            moved: Columns::new(6, places, 0),
+            moved: Columns::new(6, places),
             predicted: vec![PredictedContact::FREE; held].into(),
             collider: vec![0; held].into(),
             outer: vec![[0.0; 6]; chunks].into(),

@@ -16,13 +16,13 @@ use std::ops::Range;
 pub struct SetUp<'a, T> {
     pub part: Range<usize>,
     pub table: &'a Table<T>,
+    pub body: usize,
     /// By slot: rest length [m] and material; materials over the step.
     pub rest: &'a [T],
     pub material: &'a [u32],
     pub stiff: &'a [Stiff<T>],
     /// Places [m] and velocities [m/s] to start from.
-    pub places: [&'a [T]; 3],
-    pub velocities: [&'a [T]; 3],
+    pub moved: View<'a, T>,
     pub mass: &'a [T],
     pub inverse_mass: &'a [T],
     pub predicted: &'a [PredictedContact<T>],
@@ -59,45 +59,34 @@ impl<T: Real> SetUp<'_, T> {
     /// Blocks of a slice, and their sums. `start`: groups of slots before the chunk's.
     #[inline(always)]
     fn add_up(&mut self, first: usize, start: usize) -> Slice<T> {
-        let slots = &self.table.slots;
+        let (slots, body) = (&self.table.slots, &self.table.bodies[self.body]);
         let groups = slots.starts[first / LANES] as usize..slots.starts[first / LANES + 1] as usize;
-        let at = |columns: &[&[T]; 3]| {
-            let mut lanes = [[T::ZERO; LANES]; 3];
-            for axis in 0..3 {
-                lanes[axis].copy_from_slice(&columns[axis][first..first + LANES]);
-            }
-            lanes
-        };
-        let (x, v) = (at(&self.places), at(&self.velocities));
+        let shifts = &slots.shifts[self.body];
+        let [x, y, z, u, v, w]: [[T; LANES]; 6] = self.moved.lanes(first);
         let mut sum = Slice { right: [[T::ZERO; LANES]; 3], diagonal: [[T::ZERO; LANES]; 6] };
-        for group in groups {
+        for group in groups.clone() {
             let from = group * LANES;
             let neighbours: &[u32; LANES] = slots.neighbour[from..].first_chunk().expect("whole groups");
-            let other = |columns: &[&[T]; 3]| {
-                let mut lanes = [[T::ZERO; LANES]; 3];
-                for axis in 0..3 {
-                    for lane in 0..LANES {
-                        lanes[axis][lane] = columns[axis][neighbours[lane] as usize];
-                    }
-                }
-                lanes
+            let other: [[T; LANES]; 6] = match shifts.get(group - groups.start) {
+                Some(&shift) => self.moved.beside([first, body.start, body.end], shift, neighbours),
+                None => self.moved.gather(neighbours),
             };
-            let (y, w) = (other(&self.places), other(&self.velocities));
             let rest: &[T; LANES] = self.rest[from..].first_chunk().expect("whole groups");
-            let material: &[u32; LANES] = self.material[from..].first_chunk().expect("whole groups");
-            let stiff: [Stiff<T>; LANES] = std::array::from_fn(|lane| self.stiff[material[lane] as usize]);
+            let stiff = self.stiff_of(self.material[from..].first_chunk().expect("whole groups"));
             let out = (group - start) * FINE * LANES;
             let blocks: &mut [[T; LANES]; FINE] =
                 self.blocks[out..].as_chunks_mut::<LANES>().0.first_chunk_mut().expect("whole groups");
             for lane in 0..LANES {
-                let d = [y[0][lane] - x[0][lane], y[1][lane] - x[1][lane], y[2][lane] - x[2][lane]];
-                let dv = [w[0][lane] - v[0][lane], w[1][lane] - v[1][lane], w[2][lane] - v[2][lane]];
-                let spring = stiff[lane].spring(d, rest[lane]);
+                let d = [other[0][lane] - x[lane], other[1][lane] - y[lane], other[2][lane] - z[lane]];
+                let dv = [other[3][lane] - u[lane], other[4][lane] - v[lane], other[5][lane] - w[lane]];
+                let stiff =
+                    Stiff { k: stiff[0][lane], e: stiff[1][lane], axial: stiff[2][lane], ..self.stiff[0] };
+                let spring = stiff.spring(d, rest[lane]);
                 let numbers = [spring.q[0], spring.q[1], spring.q[2], spring.across];
                 for (column, number) in blocks.iter_mut().zip(numbers) {
                     column[lane] = number;
                 }
-                let impulse = stiff[lane].impulse(&spring, dv);
+                let impulse = stiff.impulse(&spring, dv);
                 for axis in 0..3 {
                     sum.right[axis][lane] += impulse * spring.along[axis];
                 }
@@ -107,6 +96,21 @@ impl<T: Real> SetUp<'_, T> {
             }
         }
         sum
+    }
+
+    /// k, e and h² k + h e of a group's springs, which are mostly of one material.
+    #[inline(always)]
+    fn stiff_of(&self, material: &[u32; LANES]) -> [[T; LANES]; 3] {
+        let of = |one: u32| &self.stiff[one as usize];
+        let first = of(material[0]);
+        let mut all = [[first.k; LANES], [first.e; LANES], [first.axial; LANES]];
+        if material.iter().any(|&one| one != material[0]) {
+            for (lane, &one) in material.iter().enumerate() {
+                let Stiff { k, e, axial, .. } = *of(one);
+                (all[0][lane], all[1][lane], all[2][lane]) = (k, e, axial);
+            }
+        }
+        all
     }
 
     /// Adds what other elements give the nodes of a slice.

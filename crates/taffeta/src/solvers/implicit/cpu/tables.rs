@@ -34,8 +34,6 @@ pub struct Table<T> {
     pub slots: Slots,
     /// Number of places.
     pub places: usize,
-    /// How far neighbours of a grid's node are at most.
-    pub margin: usize,
     /// Places of each body, whole slices.
     pub bodies: Vec<Range<usize>>,
     pub chunks: Vec<Chunk>,
@@ -114,13 +112,6 @@ impl<T: Real> Table<T> {
             chunks_of.push(from..chunks.len());
         }
         Self {
-            margin: slots
-                .shifts
-                .iter()
-                .flatten()
-                .map(|shift| shift.unsigned_abs() as usize)
-                .max()
-                .unwrap_or(0),
             chunks,
             chunks_of,
             goes_on: vec![false; bodies.len()],
