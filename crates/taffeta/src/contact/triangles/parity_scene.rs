@@ -7,8 +7,8 @@ use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::real::{add, sub};
 use crate::scene::{
-    Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
-    Solver,
+    Body, Collider, ContactForm, ContactZone, Icosphere, Keyframe, Mass, Mesh, Place, Rotation, Scene,
+    Select, SelfCollision, Solver,
 };
 
 /// Where nodes are that are not [m].
@@ -19,8 +19,9 @@ const FOLD: ([f64; 3], f64) = ([0.6, 0.0, 0.0], 0.05);
 const FOLDED: [[f32; 2]; 5] = [[0.0, 0.0], [0.03, 0.0], [0.045, 0.006], [0.03, 0.012], [0.0, 0.012]];
 
 /// Two layers that are all pinned: where the lower one is, how far they are apart, nearer than a plane that goes along allows, and how
-/// far their pins go [m].
+/// far their pins go [m]. The upper one is turned, so that which of their edges and vertices are nearest is no matter of the last bit.
 const LAYERS: ([f64; 3], f64, [f32; 3]) = ([0.3, 0.4, 0.3], 1e-4, [0.004, -0.003, 0.002]);
+const TURNED: Rotation = Rotation { axis: [0.0, 1.0, 0.0], degrees: 19.0 };
 
 /// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, a box, and a strip and pinned layers
 /// beside them.
@@ -48,14 +49,16 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let mut fine = touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]);
     let hem = ContactZone { select: Select::rows(0, 3), thickness: 0.0193 };
     fine.self_collision.iter_mut().for_each(|touch| touch.zones = [("hem".into(), hem.clone())].into());
-    let layer = |name: &str, height: f64| {
+    let layer = |name: &str, height: f64, rotation: Option<Rotation>| {
         let [x, y, z] = LAYERS.0;
         let all = Select::nodes((0..20).collect::<Vec<_>>());
-        touching(name, Mesh::grid(4, 5, [0.04, 0.03]), [0.016, 0.1]).at([x, y + height, z]).pin(all)
+        let mut layer = touching(name, Mesh::grid(4, 5, [0.04, 0.03]), [0.016, 0.1]).pin(all);
+        layer.place = Place { position: [x, y + height, z], rotation, ..Place::default() };
+        layer
     };
     scene.bodies = vec![
-        layer("under", 0.0),
-        layer("upon", LAYERS.1),
+        layer("under", 0.0, None),
+        layer("upon", LAYERS.1, Some(TURNED)),
         touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
             .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
