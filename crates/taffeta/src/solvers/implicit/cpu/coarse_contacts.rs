@@ -151,8 +151,8 @@ impl<T: Real> Weights<T> {
     fn push(&mut self, finer: &Table<T>, nodes: impl Iterator<Item = (u32, T)>) {
         let start = self.items.len();
         for (node, weight) in nodes {
-            let (parents, shares) = &finer.parents[node as usize];
-            for (&parent, &share) in parents.iter().zip(shares).filter(|(_, share)| **share != T::ZERO) {
+            let parents = finer.parents[node as usize / LANES].of(node as usize % LANES);
+            for (parent, share) in parents.into_iter().filter(|(_, share)| *share != T::ZERO) {
                 let by = weight * share;
                 match self.items[start..].iter_mut().find(|one| one.0 == parent) {
                     Some(one) => one.1 += by,
@@ -418,11 +418,12 @@ mod tests {
             // As nodes of the finest level move then.
             let mut fine = coarse.clone();
             for table in tables[..level].iter().rev() {
-                let of = |(parents, weights): &([u32; 4], [f64; 4])| {
-                    let each = parents.iter().zip(weights);
-                    each.fold([0.0; 3], |sum, (&one, &weight)| add_weighted(sum, weight, fine[one as usize]))
+                let of = |place: usize| {
+                    let parents = table.parents[place / LANES].of(place % LANES);
+                    let add = |sum, (one, weight)| add_weighted(sum, weight, fine[one as usize]);
+                    parents.into_iter().fold([0.0; 3], add)
                 };
-                fine = table.parents.iter().map(of).collect();
+                fine = (0..table.places).map(of).collect();
             }
             let expected: f64 = contacts
                 .iter()

@@ -70,13 +70,15 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Places and velocities with the changes of velocity so far.
     fn set_trial_state(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
         // SAFETY: only this chunk's places; others read after a barrier.
-        let moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
-        for (at, place) in chunk.part.clone().enumerate() {
-            let [before, free] = self.base(place);
-            for axis in 0..3 {
-                let velocity = free[axis] + total[axis][at];
-                moved[axis][at] = before[axis] + self.h * velocity;
-                moved[3 + axis][at] = velocity;
+        let mut moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
+        let (base, (places, velocities)) = (self.bases(&chunk.part), moved.split_at_mut(3));
+        for axis in 0..3 {
+            let n = chunk.part.len();
+            let (before, free, total) = (&base[axis][..n], &base[3 + axis][..n], &total[axis][..n]);
+            let (place, velocity) = (&mut places[axis][..n], &mut velocities[axis][..n]);
+            for at in 0..n {
+                velocity[at] = free[at] + total[at];
+                place[at] = before[at] + self.h * velocity[at];
             }
         }
     }

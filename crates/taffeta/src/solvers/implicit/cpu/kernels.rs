@@ -8,8 +8,8 @@ use crate::real::{Real, times};
 use crate::solvers::implicit::cpu::coarse_contacts::CoarseBlocks;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::Coupled;
-use crate::solvers::implicit::cpu::tables::PARENTS;
-use crate::solvers::implicit::implicit::{add_weighted, edge_times, jacobi};
+use crate::solvers::implicit::cpu::tables::Parents;
+use crate::solvers::implicit::implicit::{edge_times, jacobi};
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -311,7 +311,8 @@ impl<T: Real> Kernel for Apply<'_, T> {
 /// Kernel: adds what nodes follow of a coarser level's vector.
 pub struct Interpolate<'a, T> {
     pub part: Range<usize>,
-    pub parents: &'a [([u32; PARENTS], [T; PARENTS])],
+    /// By slice of the level.
+    pub parents: &'a [Parents<T>],
     pub hold: Hold<'a, T>,
     pub coarser: View<'a, T>,
     pub out: [&'a mut [T]; 3],
@@ -324,11 +325,13 @@ impl<T: Real> Kernel for Interpolate<'_, T> {
         let mut out = self.out;
         for first in self.part.clone().step_by(LANES) {
             let mut sum = [[T::ZERO; LANES]; 3];
-            for (lane, (nodes, weights)) in self.parents[first..first + LANES].iter().enumerate() {
-                for (&node, &weight) in nodes.iter().zip(weights) {
-                    let own = [sum[0][lane], sum[1][lane], sum[2][lane]];
-                    let all = add_weighted(own, weight, self.coarser.at::<3>(node as usize));
-                    (0..3).for_each(|axis| sum[axis][lane] = all[axis]);
+            let Parents { nodes, weights } = &self.parents[first / LANES];
+            for (nodes, weights) in nodes.iter().zip(weights) {
+                let followed: Lanes<T> = self.coarser.gather(nodes);
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        sum[axis][lane] += weights[lane] * followed[axis][lane];
+                    }
                 }
             }
             self.hold.filtered(first, &mut sum);

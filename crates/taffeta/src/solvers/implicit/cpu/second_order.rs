@@ -22,12 +22,27 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
     /// Where a place comes to without velocity [m], and its velocity without springs [m/s].
     #[inline(always)]
     pub fn base(&self, place: usize) -> [[T; 3]; 2] {
-        let Some((history, _)) = self.second else {
+        if self.second.is_none() {
             return [self.worker.old_position(place), self.free_velocity(place)];
-        };
-        // SAFETY: each chunk reads its own.
-        let [x, y, z, u, v, w] = unsafe { history.base.read() }.at(place);
+        }
+        let [x, y, z, u, v, w] = self.bases(&(place..place + 1)).map(|column| column[0]);
         [[x, y, z], [u, v, w]]
+    }
+
+    /// The same of some places, by columns.
+    pub fn bases(&self, part: &Range<usize>) -> [&[T]; 6] {
+        let old = self.worker.old();
+        std::array::from_fn(|axis| {
+            // SAFETY: each chunk reads its own.
+            let column = unsafe {
+                match self.second {
+                    Some((history, _)) => history.base.read().column(axis),
+                    None if axis < 3 => old[axis],
+                    None => self.worker.next()[axis - 3].read(),
+                }
+            };
+            &column[part.clone()]
+        })
     }
 
     /// Finds both for a chunk, and its masses. Nodes that a surface holds go on with the velocity that it gives them, and with

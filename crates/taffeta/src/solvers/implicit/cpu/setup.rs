@@ -63,6 +63,7 @@ impl<T: Real> SetUp<'_, T> {
         let groups = slots.starts[first / LANES] as usize..slots.starts[first / LANES + 1] as usize;
         let shifts = &slots.shifts[self.body];
         let [x, y, z, u, v, w]: [[T; LANES]; 6] = self.moved.lanes(first);
+        let Stiff { h, hh, .. } = self.stiff[0];
         let mut sum = Slice { right: [[T::ZERO; LANES]; 3], diagonal: [[T::ZERO; LANES]; 6] };
         for group in groups.clone() {
             let from = group * LANES;
@@ -79,8 +80,7 @@ impl<T: Real> SetUp<'_, T> {
             for lane in 0..LANES {
                 let d = [other[0][lane] - x[lane], other[1][lane] - y[lane], other[2][lane] - z[lane]];
                 let dv = [other[3][lane] - u[lane], other[4][lane] - v[lane], other[5][lane] - w[lane]];
-                let stiff =
-                    Stiff { k: stiff[0][lane], e: stiff[1][lane], axial: stiff[2][lane], ..self.stiff[0] };
+                let stiff = Stiff { k: stiff[0][lane], e: stiff[1][lane], axial: stiff[2][lane], h, hh };
                 let spring = stiff.spring(d, rest[lane]);
                 let numbers = [spring.q[0], spring.q[1], spring.q[2], spring.across];
                 for (column, number) in blocks.iter_mut().zip(numbers) {

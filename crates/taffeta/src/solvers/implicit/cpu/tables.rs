@@ -29,6 +29,19 @@ pub struct Chunk {
     pub number: usize,
 }
 
+/// By node of a slice: nodes of the coarser level that it follows; with weight 0 where there are fewer.
+pub struct Parents<T> {
+    pub nodes: [[u32; LANES]; PARENTS],
+    pub weights: [[T; LANES]; PARENTS],
+}
+
+impl<T: Real> Parents<T> {
+    /// Those of one node.
+    pub fn of(&self, lane: usize) -> [(u32, T); PARENTS] {
+        std::array::from_fn(|one| (self.nodes[one][lane], self.weights[one][lane]))
+    }
+}
+
 /// A level.
 pub struct Table<T> {
     pub slots: Slots,
@@ -43,8 +56,8 @@ pub struct Table<T> {
     pub sources: Weighted,
     /// By node: nodes of the finer level that follow it.
     pub children: Weighted,
-    /// By node: those of the coarser level that it follows; with weight 0 where there are fewer.
-    pub parents: Vec<([u32; PARENTS], [T; PARENTS])>,
+    /// By slice.
+    pub parents: Vec<Parents<T>>,
     /// Whether each body has a coarser level.
     pub goes_on: Vec<bool>,
     /// Whether each body ends here with few nodes.
@@ -127,18 +140,21 @@ impl<T: Real> Table<T> {
 
     /// Notes the next coarser level.
     fn follow(&mut self, coarser: &Level) {
-        self.parents = (0..self.places)
-            .map(|place| {
-                let row = coarser.parents.row(place);
-                // What is not there is one of its own body, too: 0 times what has blown up elsewhere is no number.
-                let own = row.first().map_or(0, |parent| parent.0);
-                let (mut nodes, mut weights) = ([own; PARENTS], [T::ZERO; PARENTS]);
-                for (at, &(node, weight)) in row.iter().enumerate() {
-                    (nodes[at], weights[at]) = (node, T::from_f64(f64::from(weight)));
+        // What is not there is one of its own body, too: 0 times what has blown up elsewhere is no number.
+        let mut own = 0;
+        let mut slice = |first: usize| {
+            let mut all = Parents { nodes: [[0; LANES]; PARENTS], weights: [[T::ZERO; LANES]; PARENTS] };
+            for lane in 0..LANES {
+                let row = coarser.parents.row(first + lane);
+                own = row.first().map_or(own, |parent| parent.0);
+                for at in 0..PARENTS {
+                    let (node, weight) = row.get(at).copied().unwrap_or((own, 0.0));
+                    (all.nodes[at][lane], all.weights[at][lane]) = (node, T::from_f64(f64::from(weight)));
                 }
-                (nodes, weights)
-            })
-            .collect();
+            }
+            all
+        };
+        self.parents = (0..self.places).step_by(LANES).map(&mut slice).collect();
         for (body, nodes) in coarser.bodies.iter().enumerate() {
             self.goes_on[body] = !nodes.is_empty();
             self.ends[body] &= nodes.is_empty();
@@ -161,7 +177,7 @@ impl<T: Real> Table<T> {
         8 * self.count()
             + weighted(&self.sources)
             + weighted(&self.children)
-            + self.parents.len() * size_of::<([u32; PARENTS], [T; PARENTS])>()
+            + self.parents.len() * size_of::<Parents<T>>()
     }
 }
 
