@@ -19,8 +19,9 @@ const FOLD: ([f64; 3], f64) = ([0.6, 0.0, 0.0], 0.05);
 const FOLDED: [[f32; 2]; 5] = [[0.0, 0.0], [0.03, 0.0], [0.045, 0.006], [0.03, 0.012], [0.0, 0.012]];
 
 /// Two layers that are all pinned: where the lower one is, how far they are apart, nearer than a plane that goes along allows, and how
-/// far their pins go [m]. The upper one is turned, so that which of their edges and vertices are nearest is no matter of the last bit.
+/// far their pins go [m].
 const LAYERS: ([f64; 3], f64, [f32; 3]) = ([0.3, 0.4, 0.3], 1e-4, [0.004, -0.003, 0.002]);
+/// How the upper one is turned, so that which of their edges and vertices are nearest is no matter of the last bit.
 const TURNED: Rotation = Rotation { axis: [0.0, 1.0, 0.0], degrees: 19.0 };
 
 /// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, a box, and a strip and pinned layers
@@ -52,9 +53,9 @@ fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let layer = |name: &str, height: f64, rotation: Option<Rotation>| {
         let [x, y, z] = LAYERS.0;
         let all = Select::nodes((0..20).collect::<Vec<_>>());
-        let mut layer = touching(name, Mesh::grid(4, 5, [0.04, 0.03]), [0.016, 0.1]).pin(all);
-        layer.place = Place { position: [x, y + height, z], rotation, ..Place::default() };
-        layer
+        let mut body = touching(name, Mesh::grid(4, 5, [0.04, 0.03]), [0.016, 0.1]).pin(all);
+        body.place = Place { position: [x, y + height, z], rotation, ..Place::default() };
+        body
     };
     scene.bodies = vec![
         layer("under", 0.0, None),

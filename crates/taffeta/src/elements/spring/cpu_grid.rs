@@ -222,8 +222,8 @@ fn own_springs<T: Real, const LIMITED: bool>(
     }
 }
 
-/// Forces on the first ends of springs whose ends follow each other, from `a` and `b` on; with a mask, of those whose number in it is
-/// more than 0 alone.
+/// Forces on the first ends of springs whose ends follow each other, from `a` and `b` on; and their squared lengths, if they are limited.
+/// With a mask, springs whose number in it is not above 0 have neither.
 #[inline(always)]
 pub fn springs_in_line<T: Real, const LIMITED: bool, const MASKED: bool>(
     old: &[&[T]; 6],

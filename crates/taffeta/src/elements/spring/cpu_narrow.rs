@@ -277,8 +277,7 @@ fn add_up<T: Real>(sweep: &NarrowSweep<T>, cols: usize, at: usize, axis: usize, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elements::spring::cpu_grid::Direction;
-    use crate::elements::spring::cpu_grid::Sweep;
+    use crate::elements::spring::cpu_grid::{Direction, Sweep};
     use crate::topology::random::SplitMix64;
 
     /// A grid with springs of some directions, and a state without order, padded for whole vectors. One node is far away.

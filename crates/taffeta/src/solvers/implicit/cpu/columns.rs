@@ -102,18 +102,19 @@ impl<'a, T: Real> View<'a, T> {
         lanes
     }
 
-    /// Numbers of a grid's nodes `shift` further on than sixteen places from `first` on. Where those are not all of the grid, which is
-    /// from place `start` to `end`, they are taken from `places`, which has the places themselves for nodes that there are none of: what
-    /// lies there is another body's, and 0 times what has blown up is no number.
+    /// Numbers of the nodes of a grid that are `shift` further on than sixteen of its places from `first` on, where all of those are
+    /// among the places of its body, padding included; else those of `places`, which lists the same nodes, and a node itself where it has
+    /// no such neighbour. What lies beyond is another body's, and 0 times what has blown up is no number.
     #[inline(always)]
     pub fn beside<const N: usize>(
         &self,
-        [first, start, end]: [usize; 3],
+        first: usize,
+        body: &Range<usize>,
         shift: i32,
         places: &[u32; LANES],
     ) -> [[T; LANES]; N] {
         let from = first as isize + shift as isize;
-        if from >= start as isize && from + LANES as isize <= end as isize {
+        if from >= body.start as isize && from + LANES as isize <= body.end as isize {
             self.lanes(from as usize)
         } else {
             self.gather(places)
@@ -142,5 +143,31 @@ impl<'a, T: Real> View<'a, T> {
     #[inline(always)]
     pub fn at<const N: usize>(&self, place: usize) -> [T; N] {
         std::array::from_fn(|axis| self.data[axis * self.stride + place])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three bodies of 48 places, of which the middle one alone has numbers.
+    #[test]
+    fn neighbours_of_a_grid_are_of_its_body_alone() {
+        let mut columns = Columns::new(1, 144);
+        for place in 0..144 {
+            columns.set(0, place, if (48..96).contains(&place) { place as f64 } else { f64::NAN });
+        }
+        // SAFETY: nobody writes.
+        let view = unsafe { columns.read() };
+        for first in [48, 64, 80] {
+            for shift in -40..=40 {
+                let other = |lane: usize| (first + lane).checked_add_signed(shift as isize).unwrap();
+                let is_there = |lane: &usize| (48..96).contains(&other(*lane));
+                let listed = |lane| if is_there(&lane) { other(lane) as u32 } else { (first + lane) as u32 };
+                let places: [u32; LANES] = std::array::from_fn(listed);
+                let [found] = view.beside::<1>(first, &(48..96), shift, &places);
+                assert_eq!(found, places.map(f64::from), "from {first}, {shift} further on");
+            }
+        }
     }
 }

@@ -233,7 +233,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 starts: &table.slots.starts,
                 neighbour: &table.slots.neighbour,
                 shifts: &table.slots.shifts[body],
-                body: [table.bodies[body].start, table.bodies[body].end],
+                body: &table.bodies[body],
                 blocks: here.blocks.read(),
                 own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
                 coupled: self.multigrid.elements.as_ref().map(|elements| elements.coupled(level)),

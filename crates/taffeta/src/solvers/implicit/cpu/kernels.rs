@@ -24,8 +24,8 @@ pub struct Operator<'a, T> {
     pub neighbour: &'a [u32],
     /// Distances of neighbours, of a grid.
     pub shifts: &'a [i32],
-    /// Places of the body, from the first to behind the last.
-    pub body: [usize; 2],
+    /// Places of the body.
+    pub body: &'a Range<usize>,
     /// Block of each slot.
     pub blocks: &'a [T],
     pub own: Own<'a, T>,
@@ -65,9 +65,9 @@ impl<T: Real> Operator<'_, T> {
                 add_edges::<T, C>(&own, &vector.gather(places), block, &mut sum);
             }
         } else {
-            let groups = self.shifts.iter().zip(neighbours);
-            for ((&shift, places), block) in groups.zip(blocks.chunks_exact(C * LANES)) {
-                let other = vector.beside([first, self.body[0], self.body[1]], shift, places);
+            let slots = neighbours.iter().zip(blocks.chunks_exact(C * LANES));
+            for (&shift, (places, block)) in self.shifts.iter().zip(slots) {
+                let other = vector.beside(first, self.body, shift, places);
                 add_edges::<T, C>(&own, &other, block, &mut sum);
             }
         }

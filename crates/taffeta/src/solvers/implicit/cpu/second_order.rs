@@ -22,18 +22,19 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
     /// Where a place comes to without velocity [m], and its velocity without springs [m/s].
     #[inline(always)]
     pub fn base(&self, place: usize) -> [[T; 3]; 2] {
-        if self.second.is_none() {
+        let Some((history, _)) = self.second else {
             return [self.worker.old_position(place), self.free_velocity(place)];
-        }
-        let [x, y, z, u, v, w] = self.bases(&(place..place + 1)).map(|column| column[0]);
+        };
+        // SAFETY: each chunk reads its own.
+        let [x, y, z, u, v, w] = unsafe { history.base.read() }.at(place);
         [[x, y, z], [u, v, w]]
     }
 
-    /// The same of some places, by columns.
+    /// The same of a chunk's places, by columns. No `find_base` may come while they are in use.
     pub fn bases(&self, part: &Range<usize>) -> [&[T]; 6] {
         let old = self.worker.old();
         std::array::from_fn(|axis| {
-            // SAFETY: each chunk reads its own.
+            // SAFETY: each chunk reads its own; free velocities were written before a barrier, and are written over after another.
             let column = unsafe {
                 match self.second {
                     Some((history, _)) => history.base.read().column(axis),
@@ -96,8 +97,9 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
     #[inline(always)]
     pub fn keep_rate(&self, place: usize, after: &mut [T; 3], contact: Option<&PredictedContact<T>>) -> T {
         let Some((history, scheme)) = self.second else { return T::ONE };
-        // SAFETY: each chunk reads its own.
-        let old = unsafe { history.rate.read() }.at(place);
+        // SAFETY: only this chunk's places, which nobody reads meanwhile.
+        let [x, y, z] = unsafe { history.rate.write(&(place..place + 1)) };
+        let old = [x[0], y[0], z[0]];
         let [_, free] = self.base(place);
         let u = add(free, *after);
         let mut rate = [T::ZERO; 3];
@@ -110,8 +112,6 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
                 None => scheme.next_rate(u, v, a),
             };
         }
-        // SAFETY: only this chunk's places, which nobody reads meanwhile.
-        let [x, y, z] = unsafe { history.rate.write(&(place..place + 1)) };
         [x[0], y[0], z[0]] = rate;
         *after = sub(u, self.free_velocity(place));
         scheme.whole

@@ -69,7 +69,8 @@ impl<T: Real> SetUp<'_, T> {
             let from = group * LANES;
             let neighbours: &[u32; LANES] = slots.neighbour[from..].first_chunk().expect("whole groups");
             let other: [[T; LANES]; 6] = match shifts.get(group - groups.start) {
-                Some(&shift) => self.moved.beside([first, body.start, body.end], shift, neighbours),
+                // Where there is no spring, one of no stiffness leads to some other node of the body.
+                Some(&shift) => self.moved.beside(first, body, shift, neighbours),
                 None => self.moved.gather(neighbours),
             };
             let rest: &[T; LANES] = self.rest[from..].first_chunk().expect("whole groups");
@@ -80,13 +81,13 @@ impl<T: Real> SetUp<'_, T> {
             for lane in 0..LANES {
                 let d = [other[0][lane] - x[lane], other[1][lane] - y[lane], other[2][lane] - z[lane]];
                 let dv = [other[3][lane] - u[lane], other[4][lane] - v[lane], other[5][lane] - w[lane]];
-                let stiff = Stiff { k: stiff[0][lane], e: stiff[1][lane], axial: stiff[2][lane], h, hh };
-                let spring = stiff.spring(d, rest[lane]);
+                let of_lane = Stiff { k: stiff[0][lane], e: stiff[1][lane], axial: stiff[2][lane], h, hh };
+                let spring = of_lane.spring(d, rest[lane]);
                 let numbers = [spring.q[0], spring.q[1], spring.q[2], spring.across];
                 for (column, number) in blocks.iter_mut().zip(numbers) {
                     column[lane] = number;
                 }
-                let impulse = stiff.impulse(&spring, dv);
+                let impulse = of_lane.impulse(&spring, dv);
                 for axis in 0..3 {
                     sum.right[axis][lane] += impulse * spring.along[axis];
                 }

@@ -12,7 +12,7 @@ use crate::topology::LANES;
 use std::ops::Range;
 
 /// Nodes that a node follows at most.
-pub const PARENTS: usize = 4;
+const PARENTS: usize = 4;
 /// Places of a chunk at most.
 pub const CHUNK: usize = 128;
 /// Nodes of a body on its coarsest level up to which that is nearly solved, not only smoothed.
@@ -140,7 +140,8 @@ impl<T: Real> Table<T> {
 
     /// Notes the next coarser level.
     fn follow(&mut self, coarser: &Level) {
-        // What is not there is one of its own body, too: 0 times what has blown up elsewhere is no number.
+        // What is not there is one of its own body, too, if that goes on: 0 times what has blown up elsewhere is no number. Nodes of such a
+        // body all have a parent, and its padding follows that of its last node.
         let mut own = 0;
         let mut slice = |first: usize| {
             let mut all = Parents { nodes: [[0; LANES]; PARENTS], weights: [[T::ZERO; LANES]; PARENTS] };
