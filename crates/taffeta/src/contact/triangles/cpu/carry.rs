@@ -44,7 +44,7 @@ impl<T: Real> TriangleContact<T> {
     /// Has nodes that are in the way of corners give way in a part of the motion, each at most `longest` [m] along an axis.
     fn push(&self, worker: &Worker<'_, T>, far: f64, longest: f64) {
         let mut phase = Phase::Push;
-        for round in 0.. {
+        for round in (0..).take_while(|_| !worker.is_stopped()) {
             let mut pushed = Pushed::default();
             match phase {
                 Phase::Push | Phase::Squeeze => {
