@@ -53,6 +53,13 @@ pub fn length<T: Real>(start: T, end: T, fraction: T) -> T {
 /// Position [m] and velocity [m/s].
 pub type PointState<T> = ([T; 3], [T; 3]);
 
+/// Whether a node at `x` [m] is inside the sphere of radius `length` [m] around its anchor at `at` [m].
+#[inline(always)]
+pub fn is_within<T: Real>(x: [T; 3], at: [T; 3], length: T) -> bool {
+    let d = sub(x, at);
+    dot(d, d) <= length * length
+}
+
 /// Projects a node at `x` [m] onto the sphere of radius `length` [m] around its anchor at `at` [m]. Returns the new
 /// position and the translation. `None` if it is inside.
 #[inline(always)]

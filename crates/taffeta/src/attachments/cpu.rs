@@ -241,6 +241,9 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         }
         for tile in self.worker.tiles.clone() {
             for &number in self.setup.of_tile.row(tile) {
+                if self.is_slack(number, &found) {
+                    continue;
+                }
                 let before = found.node(self.setup.nodes[number as usize]);
                 let joined = self.joined(number, &found);
                 let after = self.apply_tethers(number, joined, &found);
@@ -251,6 +254,19 @@ impl<T: Real> AttachWorker<'_, '_, T> {
             }
             self.scratch.ends.push(self.scratch.responses.len());
         }
+    }
+
+    /// Whether a node has no joints, and no tether holds it back: most of the time that is so of most nodes.
+    #[inline(always)]
+    fn is_slack(&self, number: u32, found: &Found<'_, T>) -> bool {
+        let (setup, number) = (self.setup, number as usize);
+        let at = |node: u32| [0, 1, 2].map(|axis| found.state[axis][node as usize]);
+        let x = at(setup.nodes[number]);
+        setup.joints_of.row(number).is_empty()
+            && setup.tethers_of.row(number).iter().all(|&tether| {
+                let (anchor, length) = setup.tethers[tether as usize];
+                attach::is_within(x, at(anchor), length)
+            })
     }
 
     /// A node after its joints.
