@@ -184,7 +184,7 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
                 let own = own_of_children(&self.table.children, &self.finer_own, first + lane);
                 let mut diagonal = own;
                 for group in groups.clone() {
-                    let block = self.gather_block(slots.edge[group * LANES + lane]);
+                    let block = self.block(group * LANES + lane, start);
                     for one in 0..6 {
                         diagonal[one] += block[one];
                         self.blocks[((group - start) * COARSE + one) * LANES + lane] = block[one];
@@ -204,6 +204,20 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
 }
 
 impl<T: Real> Coarsen<'_, T> {
+    /// The block of a slot, where those of the chunk start at group `start`. An edge has the same at both of its ends, so it is found
+    /// once where both are in the chunk: that with the lower number comes first.
+    #[inline(always)]
+    fn block(&self, slot: usize, start: usize) -> Symmetric<T> {
+        let slots = &self.table.slots;
+        let edge = slots.edge[slot];
+        let first = if edge == NO_EDGE { slot } else { slots.of_edge[edge as usize] as usize };
+        if first == slot || first < start * LANES {
+            return self.gather_block(edge);
+        }
+        let (group, lane) = (first / LANES - start, first % LANES);
+        std::array::from_fn(|one| self.blocks[(group * COARSE + one) * LANES + lane])
+    }
+
     #[inline(always)]
     fn gather_block(&self, edge: u32) -> Symmetric<T> {
         let mut sum = [T::ZERO; 6];

@@ -101,10 +101,8 @@ impl<T: Real> Table<T> {
             table.children = level.parents.transposed(level.places);
             tables.push(table);
         }
-        for table in &mut tables {
-            // Only to tell sources.
-            table.slots.of_edge = Vec::new();
-        }
+        // Only to tell sources; coarser levels look up blocks by it as well.
+        tables[0].slots.of_edge = Vec::new();
         tables
     }
 
@@ -176,6 +174,7 @@ impl<T: Real> Table<T> {
     pub fn bytes(&self) -> usize {
         let weighted = |one: &Weighted| 4 * one.offsets.len() + 8 * one.items.len();
         8 * self.count()
+            + 4 * self.slots.of_edge.len()
             + weighted(&self.sources)
             + weighted(&self.children)
             + self.parents.len() * size_of::<Parents<T>>()
