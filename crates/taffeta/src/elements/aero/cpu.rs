@@ -80,10 +80,13 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
     }
 
     fn find(&self, worker: &Worker<'_, T>, blocks: Range<usize>) {
-        let Some(air) = worker.substep.air() else { return };
         let places = blocks.start * LANES..blocks.end * LANES;
         // SAFETY: parts of workers do not overlap, and forces are read only after the barrier.
         let force = self.forces.each_ref().map(|column| unsafe { column.write(places.clone()) });
+        let Some(air) = worker.substep.air() else {
+            // It was taken away while the scene ran.
+            return force.into_iter().for_each(|column| column.fill(T::ZERO));
+        };
         worker.nodes.level.run(AeroForces { aero_triangles: self, air, state: worker.old(), blocks, force });
     }
 
