@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use taffeta::glam::{DQuat, DVec3};
 use taffeta::scene::{
     Air, Body, Collider, ConstraintForm, Icosphere, Keyframe, Mass, Material, Mesh, Method, Rotation, Scene,
-    Select, Volume, World,
+    Select, Sleep, Volume, World,
 };
 use taffeta::{InputError, Options, Pose, Precision, Simulation, Snapshot, StepError};
 
@@ -85,6 +85,7 @@ enum Call {
     World(Box<World>),
     Disturb(f64, u64),
     Threads(usize),
+    Wake,
     /// Another simulation of the scene takes over.
     Adopt,
     Save,
@@ -96,7 +97,7 @@ enum Call {
 
 impl Call {
     fn read(bytes: &mut Bytes) -> Option<Self> {
-        let kind = bytes.next()? % 24;
+        let kind = bytes.next()? % 25;
         // Some are beyond the last one.
         let vertex = usize::from(bytes.below(34));
         Some(match kind {
@@ -124,6 +125,7 @@ impl Call {
             19 => Self::Adopt,
             20 | 21 => Self::Save,
             22 => Self::Back { rebuilt: false },
+            23 => Self::Wake,
             _ => Self::Back { rebuilt: true },
         })
     }
@@ -161,6 +163,7 @@ impl Call {
                 simulation.limit_threads(*most);
                 true
             }
+            Self::Wake => input(simulation.wake(body)),
             Self::Adopt => {
                 let mut next = build();
                 next.adopt_state(simulation);
@@ -238,7 +241,10 @@ fn assert_same(a: &(u64, u32, Snapshot), b: &(u64, u32, Snapshot), what: impl Fn
 /// a snapshot, the same calls have the same results.
 pub fn calls(input: &[u8]) -> bool {
     let mut bytes = Bytes(input);
-    let scene = scene(bytes.below(4));
+    let mut scene = scene(bytes.below(4));
+    // Some fall asleep while they move, and soon.
+    scene.sleep = (bytes.below(2) == 0).then_some(Sleep { speed: 0.3, after: 0.03 });
+    let scene = scene;
     let precision = if bytes.below(2) == 0 { Precision::F32 } else { Precision::F64 };
     let options = Options { threads: Some(1 + usize::from(bytes.below(2))), precision, ..Options::default() };
     let build = || Simulation::new(&scene, &options).expect("the scene runs");

@@ -259,9 +259,9 @@ impl Plan<'_, '_, '_> {
 
     /// The scene without bodies and colliders.
     fn settings(&self) -> Scene {
-        let SoftWorld { time, solver, forces, seams, frictions } = SoftWorld::clone(&self.world.world);
+        let SoftWorld { time, solver, sleep, forces, seams, frictions } = SoftWorld::clone(&self.world.world);
         let world = self.world.environment.0.clone();
-        Scene { time, world, solver, forces, seams, frictions, ..Scene::default() }
+        Scene { time, world, solver, sleep, forces, seams, frictions, ..Scene::default() }
     }
 
     /// Adds colliders to the scene. One that follows keyframes has left the place that these count from.

@@ -222,10 +222,10 @@ pub fn spawn_scene(
     drawn: &SceneMaterials,
     meshes: &mut Assets<Mesh>,
 ) {
-    let Scene { time, world, solver, bodies, colliders, forces, seams, frictions, .. } = scene;
-    let (time, solver) = (time.clone(), solver.clone());
+    let Scene { time, world, solver, sleep, bodies, colliders, forces, seams, frictions, .. } = scene;
+    let (time, solver, sleep) = (time.clone(), solver.clone(), *sleep);
     let (forces, seams, frictions) = (forces.clone(), seams.clone(), frictions.clone());
-    let settings = SoftWorld { time, solver, forces, seams, frictions };
+    let settings = SoftWorld { time, solver, sleep, forces, seams, frictions };
     commands.entity(root).insert((settings, Environment(world.clone())));
     for (index, body) in bodies.iter().enumerate() {
         let Some(made) = SceneBody::of(body) else {

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use taffeta::OnDivergence;
-use taffeta::scene::{Force, Friction, Seam, Solver, Time};
+use taffeta::scene::{Force, Friction, Seam, Sleep, Solver, Time};
 
 /// A simulation of its own: the bodies and colliders below this entity. How long its steps are and how they are solved.
 ///
@@ -28,6 +28,8 @@ pub struct SoftWorld {
     pub time: Time,
     /// How springs are solved.
     pub solver: Solver,
+    /// When bodies at rest fall asleep; without it none does.
+    pub sleep: Option<Sleep>,
     /// Point loads and torques, on bodies by name.
     pub forces: Vec<Force>,
     /// Nodes sewn to nodes, of bodies by name.
@@ -40,7 +42,14 @@ impl Default for SoftWorld {
     /// Sixty frames a second, in sub-steps of a millisecond.
     fn default() -> Self {
         let time = Time { max_step: Some(1e-3), ..Time::default() };
-        Self { time, solver: Solver::default(), forces: Vec::new(), seams: Vec::new(), frictions: Vec::new() }
+        Self {
+            time,
+            solver: Solver::default(),
+            sleep: None,
+            forces: Vec::new(),
+            seams: Vec::new(),
+            frictions: Vec::new(),
+        }
     }
 }
 

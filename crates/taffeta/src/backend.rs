@@ -139,6 +139,48 @@ pub struct View {
     pub normals: [[f32; 3]; 3],
 }
 
+/// How a body moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// Least and largest coordinates of its nodes [m]; infinite and the wrong way round without any.
+    pub bounds: [[f64; 3]; 2],
+    /// Speed of the fastest node [m/s].
+    pub speed: f64,
+}
+
+impl BodyMotion {
+    /// Of no nodes.
+    pub const NONE: Self = Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], speed: 0.0 };
+
+    /// Of nodes with these positions [m] and velocities [m/s].
+    pub fn of(nodes: impl Iterator<Item = [[f64; 3]; 2]>) -> Self {
+        let Self { mut bounds, speed: mut squared } = Self::NONE;
+        for [x, v] in nodes {
+            for axis in 0..3 {
+                bounds[0][axis] = bounds[0][axis].min(x[axis]);
+                bounds[1][axis] = bounds[1][axis].max(x[axis]);
+            }
+            let square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+            // What is no number stays so.
+            squared = if square <= squared || squared.is_nan() { squared } else { square };
+        }
+        Self { bounds, speed: squared.sqrt() }
+    }
+
+    /// Its bounds, larger by a margin on each side [m].
+    pub fn grown(&self, margin: f64) -> [[f64; 3]; 2] {
+        let [low, high] = self.bounds;
+        [low.map(|x| x - margin), high.map(|x| x + margin)]
+    }
+
+    /// Centre and radius of a ball around it [m].
+    pub fn ball(&self) -> ([f64; 3], f64) {
+        let [low, high] = self.bounds;
+        let half: [f64; 3] = std::array::from_fn(|axis| 0.5 * (high[axis] - low[axis]));
+        (std::array::from_fn(|axis| low[axis] + half[axis]), half.iter().map(|h| h * h).sum::<f64>().sqrt())
+    }
+}
+
 /// Why a device is lost.
 #[derive(Clone, Debug)]
 pub struct Lost(pub String);
@@ -175,6 +217,14 @@ pub trait Backend: Send + Sync {
     fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
     /// Pins a node from now on.
     fn pin(&mut self, node: usize);
+    /// From now on all nodes of these bodies are held, and none is moved: nothing of them has to be computed until it is said otherwise.
+    /// No result depends on it.
+    fn let_rest(&mut self, _bodies: &[bool]) {}
+    /// Where a body is and how fast it moves, after [`Self::fetch`].
+    fn motion(&self, body: usize) -> BodyMotion {
+        let nodes = self.assembly().bodies[body].solver_range();
+        BodyMotion::of(nodes.map(|node| [self.position(node), self.velocity(node)]))
+    }
     /// Frees a node that was free before it was pinned; it keeps its velocity.
     fn unpin(&mut self, node: usize);
     /// Whether a node is free.

@@ -12,6 +12,7 @@ mod intersections;
 mod live;
 mod options;
 mod seen;
+mod sleeping;
 mod snapshot;
 
 #[cfg(feature = "gpu")]
@@ -50,6 +51,7 @@ use crate::volume::volume::Form;
 use frozen::{Kept, Suspect};
 use glam::DVec3;
 use handles::SimulationId;
+use sleeping::Sleeping;
 use std::collections::BTreeSet;
 use std::hash::Hasher;
 use std::sync::OnceLock;
@@ -107,6 +109,7 @@ pub struct Simulation {
     on_divergence: OnDivergence,
     frozen: Vec<Frozen>,
     kept: Kept,
+    sleeping: Sleeping,
 }
 
 impl Simulation {
@@ -160,7 +163,9 @@ impl Simulation {
             on_divergence: options.on_divergence,
             frozen: Vec::new(),
             kept: Kept::default(),
+            sleeping: Sleeping::default(),
         };
+        simulation.sleeping = Sleeping::new(&simulation);
         simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;
         Ok(simulation)
     }
@@ -251,6 +256,7 @@ impl Simulation {
             solver,
             broken,
             reactions: assembly.reactions((time, substeps), &held),
+            asleep: self.sleeping.rest.asleep.len() as u32,
         }
     }
 
@@ -375,6 +381,7 @@ impl Simulation {
     /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`. An amplitude that is
     /// no number moves none, and one beyond 10⁶ m moves them so far.
     pub fn disturb(&mut self, amplitude: f64, seed: u64) {
+        self.wake_all();
         let amplitude =
             if amplitude.is_nan() { 0.0 } else { amplitude.clamp(-LARGEST_LENGTH, LARGEST_LENGTH) };
         let mut random = SplitMix64::new(seed);
@@ -398,6 +405,7 @@ impl Simulation {
         // What touched colliders did so in a frame before.
         self.report = FrameReport { contacts: 0, ..self.report_of(sums, self.frame()) };
         self.submitted = (0, false);
+        self.sleeping.idle = 0;
         self.start = self.report.clone();
         self.mark_good();
         Ok(())

@@ -60,6 +60,7 @@ pub fn scene(seed: u64) -> String {
     let mut text = format!("title = \"{seed}\"\n");
     time(&mut text, chance);
     world(&mut text, chance);
+    sleep(&mut text, chance);
     solver(&mut text, chance);
     let bodies = 1 + chance.below(4) as usize;
     let size = chance.decades(0.05, 2.0);
@@ -101,6 +102,13 @@ fn world(text: &mut String, chance: &mut Chance) {
                 let _ = writeln!(text, "gust = {{ speed = {speed}, length = {length}, seed = 3 }}");
             }
         }
+    }
+}
+
+fn sleep(text: &mut String, chance: &mut Chance) {
+    if chance.is(0.2) {
+        let (speed, after) = (chance.decades(1e-3, 10.0), chance.decades(1e-3, 0.1));
+        let _ = writeln!(text, "[sleep]\nspeed = {speed}\nafter = {after}");
     }
 }
 

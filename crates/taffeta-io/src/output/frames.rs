@@ -46,7 +46,7 @@ impl FrameTable {
         write!(part, ",warp_min,warp_max,weft_min,weft_max,shear,contacts")?;
         write!(
             part,
-            ",pairs,nearest_pair,pair_searches,intersections,iterations,residual,active_fraction,broken,substeps"
+            ",pairs,nearest_pair,pair_searches,intersections,iterations,residual,active_fraction,broken,substeps,asleep"
         )?;
         for (name, ..) in bodies.iter().filter(|(_, closed, _)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
@@ -81,6 +81,7 @@ impl FrameTable {
         write!(self.part, ",{intersections}")?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;
         write!(self.part, ",{iterations},{residual},{active_fraction},{},{}", r.broken, r.substeps)?;
+        write!(self.part, ",{}", r.asleep)?;
         for (body, _) in self.bodies.iter().enumerate().filter(|(_, (closed, _))| *closed) {
             match r.volumes.get(body).copied().flatten() {
                 Some(volume) => write!(self.part, ",{volume}")?,

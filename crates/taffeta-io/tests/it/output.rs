@@ -173,6 +173,7 @@ fn the_table_has_a_row_a_frame_at_any_time() {
         volumes: vec![None, Some(4.5)],
         broken: 5,
         substeps: 34,
+        asleep: 2,
         reactions: vec![
             PinReaction { body: 0, pin: 0, force: Some([0.5, 9.0, 0.0]) },
             PinReaction { body: 0, pin: 1, force: None },
@@ -181,10 +182,10 @@ fn the_table_has_a_row_a_frame_at_any_time() {
     };
     table.row(&report, Some(6), 1.5).unwrap();
     let expected = "frame,time,kinetic,gravitational,springs,hinges,membranes,bends,energy,px,py,pz,lx,ly,lz,max_stretch,warp_min,\
-                    warp_max,weft_min,weft_max,shear,contacts,pairs,nearest_pair,pair_searches,intersections,iterations,residual,active_fraction,broken,substeps,\"volume_a,b\",\
+                    warp_max,weft_min,weft_max,shear,contacts,pairs,nearest_pair,pair_searches,intersections,iterations,residual,active_fraction,broken,substeps,asleep,\"volume_a,b\",\
                     reaction_cloth_0_x,reaction_cloth_0_y,reaction_cloth_0_z,reaction_cloth_1_x,reaction_cloth_1_y,\
                     reaction_cloth_1_z,ms\n\
-                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,2,0,-0.5,1.1,,,,,,7,3,0.75,2,6,12,0.0625,0.5,5,34,4.5,0.5,9,0,,,,1.5\n";
+                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,2,0,-0.5,1.1,,,,,,7,3,0.75,2,6,12,0.0625,0.5,5,34,2,4.5,0.5,9,0,,,,1.5\n";
     assert_eq!(fs::read_to_string(folder.path().join("frames.csv.part")).unwrap(), expected);
     assert_eq!(fs::read_to_string(table.finish().unwrap()).unwrap(), expected);
 }

@@ -154,6 +154,29 @@ impl Attachments {
         end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
     }
 
+    /// Calls `sink` with each node of joints that change over a span of time [s]: those that close, and those to points of which
+    /// `follows` says that they move.
+    pub fn each_changing(&self, span: [f64; 2], follows: impl Fn(&Point) -> bool, mut sink: impl FnMut(u32)) {
+        let closes = |material: &JointMaterial| {
+            let [before, after] = span.map(|t| material.closed_fraction(t));
+            before != after
+        };
+        let closing: Vec<bool> = self.materials.iter().map(closes).collect();
+        let moving: Vec<bool> = self.points.iter().map(follows).collect();
+        if !closing.contains(&true) && !moving.contains(&true) {
+            return;
+        }
+        for JointConstraint { ends: [a, b], material, .. } in &self.joints {
+            let is_point = b & IS_POINT != 0;
+            if closing[*material as usize] || is_point && moving[(b ^ IS_POINT) as usize] {
+                sink(*a);
+                if !is_point {
+                    sink(*b);
+                }
+            }
+        }
+    }
+
     /// Whether they may add energy: by seams that close, or points that move.
     pub fn drives(&self) -> bool {
         self.materials.iter().any(|material| material.close[1] > material.close[0])

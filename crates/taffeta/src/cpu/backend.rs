@@ -7,6 +7,7 @@ use crate::cpu::balance::Balance;
 use crate::cpu::clock::Clock;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Features};
+use crate::cpu::resting::Resting;
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::states::{States, Turn};
@@ -84,6 +85,7 @@ pub struct CpuBackend<T> {
     marks: Shared<Marks>,
     scratch: PerWorker<Scratch<T>>,
     pub(crate) input: FrameInput,
+    resting: Resting,
     balance: Balance,
     attendance: Attendance,
     sums: FrameSums,
@@ -123,6 +125,7 @@ impl<T: Real> CpuBackend<T> {
             scratch: PerWorker::new(workers, |_| Scratch::new(largest)),
             balance: Balance::new(workers, clock.elapsed().as_secs_f64()),
             attendance: Attendance::new(workers),
+            resting: Resting::new(assembly.bodies.len()),
             program: Program::new(&lists[0], &lists[1]),
             #[cfg(feature = "gpu")]
             parts: *parts,
@@ -145,8 +148,31 @@ impl<T: Real> CpuBackend<T> {
         })
     }
 
+    /// Leaves out bodies that rest, of which each buffer of the state has the same.
+    fn begin_resting(&mut self) {
+        self.resting.begin(self.features.iter().all(|feature| feature.lets_rest()));
+        for buffer in self.resting.unwritten(self.turn) {
+            let Ok([from, to]) = self.states.get_disjoint_mut([self.turn.now, buffer]) else { continue };
+            for (number, body) in self.assembly.bodies.iter().enumerate() {
+                let places = body.first..body.first + body.places();
+                if self.resting.has(number) {
+                    for (from, to) in from.iter_mut().zip(to.iter_mut()) {
+                        to.get_mut()[places.clone()].copy_from_slice(&from.get_mut()[places.clone()]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Something of a node was changed from outside.
+    fn forget(&mut self, node: usize) {
+        self.features.iter_mut().for_each(|feature| feature.forget(node));
+        self.resting.forget(self.assembly.number_of_body(node as u32));
+    }
+
     /// Runs the frame that starts at time `start` [s], as finely as it was before.
     fn run_frame(&mut self, start: f64) {
+        self.begin_resting();
         // SAFETY: no worker works between frames.
         let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
         for feature in self.features.iter_mut() {
@@ -161,6 +187,7 @@ impl<T: Real> CpuBackend<T> {
         if is_last && was_in_vain {
             self.blown_up = self.blown_up.max(self.taken);
         }
+        self.resting.end();
         (self.sums.parts, self.sums.blown_up) = (parts, self.blown_up);
     }
 
@@ -188,6 +215,7 @@ impl<T: Real> CpuBackend<T> {
             (0..self.assembly.places).for_each(|node| feature.forget(node));
             feature.load(&kept.solvers);
         }
+        self.resting.forget_all();
         self.is_timed = kept.is_timed;
     }
 
@@ -282,6 +310,7 @@ impl<T: Real> CpuBackend<T> {
                 states: &self.states,
                 turn: self.turn,
                 marks: &self.marks,
+                resting: &self.resting,
                 scratch: &self.scratch,
                 barrier,
                 waited: 0.0,
@@ -347,10 +376,12 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.blown_up = 0.0;
         self.turn.return_to_good();
         self.features.iter_mut().for_each(|feature| feature.relocate());
+        self.resting.forget_all();
         Ok(())
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
+        self.resting.forget_all();
         self.run(&[]);
         Ok(())
     }
@@ -387,7 +418,7 @@ impl<T: Real> Backend for CpuBackend<T> {
         for (column, number) in self.states[self.turn.now].iter_mut().zip(state) {
             column.get_mut()[node] = T::from_f64(number);
         }
-        self.features.iter_mut().for_each(|feature| feature.forget(node));
+        self.forget(node);
     }
 
     fn pin(&mut self, node: usize) {
@@ -401,7 +432,11 @@ impl<T: Real> Backend for CpuBackend<T> {
         if let Some(&free) = self.when_free.get(&node) {
             self.nodes.inverse_mass[node] = free;
         }
-        self.features.iter_mut().for_each(|feature| feature.forget(node));
+        self.forget(node);
+    }
+
+    fn let_rest(&mut self, bodies: &[bool]) {
+        self.resting.want(bodies);
     }
 
     fn is_free(&self, node: usize) -> bool {
@@ -422,6 +457,7 @@ impl<T: Real> Backend for CpuBackend<T> {
     fn set_solver_state(&mut self, from: &SolverState) {
         self.refinement = from.refinement;
         self.features.iter_mut().for_each(|feature| feature.load(from));
+        self.resting.forget_all();
     }
 
     fn time_stages(&mut self) {

@@ -74,6 +74,12 @@ pub trait Feature<T: Real>: Any + Send + Sync {
     /// Called where sub-steps are `by` times as long from now on as the last one was: a power of two.
     fn rescale(&mut self, _by: f64) {}
 
+    /// Whether what it keeps of bodies whose nodes are all held stays as it is from the second sub-step on, so that nothing of them
+    /// needs to be computed again.
+    fn lets_rest(&self) -> bool {
+        true
+    }
+
     /// Called when a node has been set from outside, pinned or unpinned.
     fn forget(&mut self, _node: usize) {}
 

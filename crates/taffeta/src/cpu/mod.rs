@@ -10,6 +10,7 @@ pub mod column;
 pub mod feature;
 pub mod lanes;
 pub mod places;
+pub mod resting;
 #[cfg(feature = "gpu")]
 pub mod separate;
 pub mod shared;

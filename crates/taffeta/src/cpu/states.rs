@@ -19,6 +19,11 @@ impl Turn {
         if self.is_good() { (self.now + 1) % 3 } else { 3 - self.now - self.good }
     }
 
+    /// The buffers that sub-steps write to, in turn.
+    pub fn ahead(self) -> impl Iterator<Item = usize> {
+        (0..3).filter(move |&buffer| buffer != self.now && (self.is_good() || buffer != self.good))
+    }
+
     /// A sub-step has ended.
     pub fn pass(&mut self) {
         self.now = self.next();

@@ -3,6 +3,7 @@
 use crate::backend::FrameInput;
 use crate::cpu::clock::Clock;
 use crate::cpu::feature::{Features, Flow};
+use crate::cpu::resting::Resting;
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::states::{States, Turn};
 use crate::cpu::team::Barrier;
@@ -74,6 +75,8 @@ pub struct Worker<'a, T> {
     pub turn: Turn,
     /// The marks of each tile.
     pub marks: &'a Shared<Marks>,
+    /// Which bodies rest: nothing of them changes, so nothing of them is computed.
+    pub resting: &'a Resting,
     /// Scratch memory.
     pub scratch: &'a PerWorker<Scratch<T>>,
     /// The barrier.
@@ -157,7 +160,7 @@ impl<'a, T: Real> Worker<'a, T> {
             self.barrier.wait();
         }
         let (features, clock) = (self.features, self.clock.clone());
-        for index in self.tiles.clone() {
+        for index in self.awake_tiles() {
             let mut tile = self.tile(index);
             for pass in passes {
                 if pass.on.chooses(*tile.marks) {
@@ -194,9 +197,15 @@ impl<'a, T: Real> Worker<'a, T> {
         }
     }
 
-    /// Does something with each tile of its chunk.
+    /// Does something with each tile of its chunk whose body does not rest.
     pub fn each_tile(&self, mut job: impl FnMut(&mut Tile<'a, T>)) {
-        self.tiles.clone().for_each(|index| job(&mut self.tile(index)));
+        self.awake_tiles().for_each(|index| job(&mut self.tile(index)));
+    }
+
+    /// Tiles of its chunk whose bodies do not rest.
+    fn awake_tiles(&self) -> impl Iterator<Item = usize> + use<'a, T> {
+        let (nodes, resting) = (self.nodes, self.resting);
+        self.tiles.clone().filter(move |&index| !resting.has(nodes.tiles[index].body))
     }
 
     /// The state at the start of the sub-step.

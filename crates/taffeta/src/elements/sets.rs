@@ -31,12 +31,25 @@ fn set<T: Real>(list: &List, places: usize) -> Box<dyn ElementSet<T>> {
     }
 }
 
+/// Lists of kinds that the scene has, those that are solved for or the others.
+fn lists(assembly: &Assembly, implicit: bool) -> impl Iterator<Item = &List> {
+    assembly.elements().iter().filter(move |list| !list.is_empty() && list.implicit == implicit)
+}
+
+/// Blocks of the elements of each body.
+fn blocks_of(list: &List) -> Vec<Range<usize>> {
+    let blocks = |own: &Range<usize>| own.start / LANES..own.end.div_ceil(LANES);
+    list.bodies.iter().map(|own| if own.is_empty() { 0..0 } else { blocks(own) }).collect()
+}
+
 /// Blocks that a worker finds at least before it goes on to nodes.
 const STRIDE: usize = 8;
 
 /// All elements of a scene whose forces are found one by one.
 pub struct Elements<T> {
     sets: Vec<Box<dyn ElementSet<T>>>,
+    /// Blocks of the elements of each body, by set: of these, and of those that are solved for.
+    blocks_of: [Vec<Vec<Range<usize>>>; 2],
     /// Slices of nodes of which one worker finds the forces of all elements around, by worker. It adds these up while they are in
     /// its cache.
     slices: Vec<Vec<u32>>,
@@ -53,12 +66,11 @@ impl<T: Real> Elements<T> {
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
         let assembly: &Assembly = context.assembly;
         let of = |implicit: bool| -> Vec<_> {
-            let lists =
-                assembly.elements().iter().filter(|list| !list.is_empty() && list.implicit == implicit);
-            lists.map(|list| set(list, assembly.places)).collect()
+            lists(assembly, implicit).map(|list| set(list, assembly.places)).collect()
         };
         let mut all = Self {
             sets: of(false),
+            blocks_of: [false, true].map(|implicit| lists(assembly, implicit).map(blocks_of).collect()),
             solved: of(true),
             slices: Vec::new(),
             is_summed: vec![false; assembly.places.div_ceil(LANES)],
@@ -101,10 +113,11 @@ impl<T: Real> Elements<T> {
         let mut next: Vec<usize> = parts.iter().map(|part| part.start).collect();
         for &slice in &self.slices[worker.index] {
             let slice = slice as usize;
-            for ((set, part), next) in self.sets.iter().zip(&parts).zip(&mut next) {
-                if set.around(slice).end > *next {
-                    let to = part.end.min(set.around(slice).end + STRIDE);
-                    set.find(worker, *next..to);
+            for (index, (part, next)) in parts.iter().zip(&mut next).enumerate() {
+                let around = self.sets[index].around(slice);
+                if around.end > *next {
+                    let to = part.end.min(around.end + STRIDE);
+                    self.find_in(index, worker, *next..to);
                     *next = to;
                 }
             }
@@ -115,8 +128,23 @@ impl<T: Real> Elements<T> {
                 unsafe { column.write(nodes.clone()) }.copy_from_slice(sum);
             }
         }
-        for ((set, part), next) in self.sets.iter().zip(&parts).zip(next) {
-            set.find(worker, next..part.end);
+        for (index, (part, next)) in parts.iter().zip(next).enumerate() {
+            self.find_in(index, worker, next..part.end);
+        }
+    }
+
+    /// Finds the forces of blocks of a set, but for bodies that rest.
+    fn find_in(&self, set: usize, worker: &Worker<'_, T>, blocks: Range<usize>) {
+        let of_body = &self.blocks_of[0][set];
+        worker.resting.each_awake(blocks, of_body, |awake| self.sets[set].find(worker, awake));
+    }
+
+    /// Finds forces and directions of a worker's part of those that are solved for, but for bodies that rest, in a state, over a step
+    /// `h` [s].
+    pub fn linearise(&self, worker: &Worker<'_, T>, state: &[&[T]; 6], h: T) {
+        for (set, of_body) in self.solved.iter().zip(&self.blocks_of[1]) {
+            let find = |awake| set.linearise(worker.nodes.level, awake, state, h);
+            worker.resting.each_awake(worker.part(set.blocks()), of_body, find);
         }
     }
 

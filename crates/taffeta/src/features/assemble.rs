@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings};
+use crate::attachments::constraints::{IS_POINT, Point};
 use crate::elements::KINDS;
 use crate::elements::element::List;
 use crate::elements::load::build as loads;
@@ -9,6 +10,8 @@ use crate::scene::{Air, Body, Scene, SceneError};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::sewn::sews_levels;
+use crate::volume::constraint::VolumeConstraint;
+use std::collections::BTreeSet;
 
 impl Assembly {
     /// Checks a scene and builds it.
@@ -108,5 +111,36 @@ impl Assembly {
             || self.colliders_move()
             || self.attachments().drives()
             || self.bodies.iter().any(drives)
+    }
+    /// For each body whether what acts on it changes over a span of time [s]: gusts, loads, its pins, its seams, its volume.
+    pub fn changing_over(&self, span: [f64; 2]) -> Vec<bool> {
+        let is_gusty = self.world.air.as_ref().is_some_and(Air::is_gusty);
+        let goal_changes = |volume: &VolumeConstraint| span.map(|t| volume.goal(t));
+        let of_body = |body: &BodyAssembly| {
+            is_gusty || body.volume().map(goal_changes).is_some_and(|[before, after]| before != after)
+        };
+        let mut all: Vec<bool> = self.bodies.iter().map(of_body).collect();
+        for load in self.loads().iter().filter(|load| load.changes_over(span)) {
+            load.nodes.iter().for_each(|&node| all[self.number_of_body(node)] = true);
+        }
+        let moves: Vec<bool> = self.tracks().iter().map(|track| track.moves_over(span)).collect();
+        for pin in self.moving_pins().iter().filter(|pin| moves[pin.track as usize]) {
+            all[self.number_of_body(pin.node)] = true;
+        }
+        let follows = |point: &Point| moves.get(point.track as usize) == Some(&true);
+        self.attachments().each_changing(span, follows, |node| all[self.number_of_body(node)] = true);
+        all
+    }
+
+    /// Pairs of bodies that joints hold together.
+    pub fn joined_bodies(&self) -> BTreeSet<[usize; 2]> {
+        let pair =
+            |ends: [u32; 2]| (ends[1] & IS_POINT == 0).then(|| ends.map(|node| self.number_of_body(node)));
+        self.attachments()
+            .joints
+            .iter()
+            .filter_map(|joint| pair(joint.ends))
+            .filter(|[a, b]| a != b)
+            .collect()
     }
 }

@@ -123,6 +123,17 @@ impl Track {
         self.stays_from = time;
     }
 
+    /// Whether anything moves between two times [s].
+    pub fn moves_over(&self, [from, to]: [f64; 2]) -> bool {
+        self.pose(from) != self.pose(to) || self.turns_within([from, to]).next().is_some()
+    }
+
+    /// The times of its keyframes between two times [s].
+    pub fn turns_within(&self, [from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
+        let to = self.stays_from.map_or(to, |stays| to.min(stays));
+        self.keys.iter().map(|key| key.t).filter(move |&t| from < t && t < to)
+    }
+
     /// Whether nothing moves.
     pub fn is_still(&self) -> bool {
         self.keys.is_empty()

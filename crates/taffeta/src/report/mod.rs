@@ -30,7 +30,7 @@ pub struct FrameReport {
     /// Time [s].
     pub time: f64,
     /// Sub-steps that the frame took: those of the scene, or 2, 4, 8 or 16 times as many where contact between triangles asked for it; 0
-    /// at the start.
+    /// at the start, and where all bodies are asleep.
     pub substeps: u32,
     /// ½ Σ m v² [J].
     pub kinetic: f64,
@@ -72,6 +72,8 @@ pub struct FrameReport {
     pub broken: u64,
     /// The reaction of each pin of the scene, body by body.
     pub reactions: Vec<PinReaction>,
+    /// Bodies that are [asleep](crate::scene::Sleep).
+    pub asleep: u32,
 }
 
 /// A vertex that colliders which move left no room, however near to each other the surfaces between them came. All numbers are

@@ -67,6 +67,11 @@ impl Default for Gust {
 impl Air {
     /// Whether it moves, and so may add energy.
     pub fn moves(&self) -> bool {
-        self.velocity != [0.0; 3] || self.gust.is_some_and(|gust| gust.speed > 0.0)
+        self.velocity != [0.0; 3] || self.is_gusty()
+    }
+
+    /// Whether it has gusts.
+    pub(crate) fn is_gusty(&self) -> bool {
+        self.gust.is_some_and(|gust| gust.speed > 0.0)
     }
 }

@@ -18,6 +18,7 @@ mod motion;
 mod presets;
 mod self_collision;
 mod sheet;
+mod sleep;
 mod solver;
 mod surface;
 mod unusual;
@@ -41,6 +42,7 @@ pub use motion::{Keyframe, Rotation};
 pub use presets::{PRESETS, Preset};
 pub use self_collision::*;
 pub use sheet::{Disc, Pattern, Sheet};
+pub use sleep::Sleep;
 pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
 pub use surface::{Polygons, Surface, Uvs};
 pub(crate) use validate::{LARGEST_LENGTH, Path, Side, check_motion, check_rotation, check_shape, plain};
@@ -74,6 +76,9 @@ pub struct Scene {
     pub world: World,
     /// How springs are solved.
     pub solver: Solver,
+    /// When bodies at rest fall asleep; without it none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sleep: Option<Sleep>,
     /// Cloth and soft bodies.
     #[serde(rename = "body")]
     pub bodies: Vec<Body>,

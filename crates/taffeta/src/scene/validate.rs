@@ -39,6 +39,7 @@ impl Scene {
         self.check_time()?;
         self.world.check()?;
         self.check_solver()?;
+        self.check_sleep()?;
         Path::of("body")
             .demand(!self.bodies.is_empty(), || "the scene has none, one or more would do".into())?;
         let mut names = HashMap::new();
@@ -97,6 +98,12 @@ impl Scene {
             })?;
         }
         path.key("frames").demand(self.time.frames >= 1, || "is 0, 1 or more would do".into())
+    }
+
+    fn check_sleep(&self) -> Checked {
+        let (Some(sleep), path) = (&self.sleep, Path::of("sleep")) else { return Ok(()) };
+        path.key("speed").positive(sleep.speed, "m/s")?;
+        path.key("after").not_negative(sleep.after, "s")
     }
 
     fn check_solver(&self) -> Checked {

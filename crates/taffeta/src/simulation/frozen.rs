@@ -6,6 +6,7 @@ use crate::motion::keyframes::Track;
 use crate::motion::moving::MovingPins;
 use crate::report::FrameReport;
 use crate::scene::World;
+use crate::simulation::sleeping::Rest;
 use crate::simulation::{Simulation, StepError};
 use serde::{Deserialize, Serialize};
 use std::cell::Cell;
@@ -73,6 +74,7 @@ pub(super) struct Given {
 #[derive(Default)]
 pub(super) struct Kept {
     solvers: SolverState,
+    rest: Rest,
     frames: Vec<Given>,
 }
 
@@ -114,6 +116,7 @@ impl Simulation {
         if self.on_divergence == OnDivergence::Freeze && frames > 0 {
             if self.kept.frames.is_empty() {
                 self.kept.solvers = self.backend.solver_state();
+                self.kept.rest = self.sleeping.rest.clone();
             }
             let given = self.given(frames);
             self.kept.frames.push(given);
@@ -202,6 +205,9 @@ impl Simulation {
                 track_of_pin.iter().for_each(|(&(body, _), &track)| tracks[track].stay_from(until(body)));
             }
         });
+        for body in self.frozen.iter().map(|one| one.body as usize).collect::<Vec<_>>() {
+            self.wake_body(body);
+        }
         for one in &self.frozen {
             for node in self.backend.assembly().bodies[one.body as usize].solver_range() {
                 if self.backend.is_free(node) {
@@ -297,10 +303,13 @@ impl Simulation {
 
     /// Puts the state back that frames are run again from.
     fn return_to(&mut self, again: &Again) {
+        // Before others hold their nodes.
+        self.wake_all();
         self.pin_exactly(&again.kept.frames[0].pinned);
         for (node, &[x, v]) in again.state.iter().enumerate() {
             self.backend.set(node, x, v);
         }
+        self.set_rest(&again.kept.rest);
         self.backend.set_solver_state(&again.kept.solvers);
         self.report.clone_from(&again.report);
         self.held.clone_from(&again.held);

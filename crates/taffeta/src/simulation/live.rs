@@ -129,6 +129,7 @@ impl Simulation {
         if self.is_frozen(body.index()) {
             return Ok(());
         }
+        self.wake_body(body.index());
         for node in nodes {
             if self.backend.is_free(node) {
                 self.backend.pin(node);
@@ -152,7 +153,9 @@ impl Simulation {
         let (found, node) = self.node_of(body, vertex)?;
         let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
         let pinned = |node: &u32| self.pinned.contains(node) && !self.is_frozen(body.index());
-        for node in nodes.into_iter().filter(pinned).collect::<Vec<_>>() {
+        let nodes: Vec<u32> = nodes.into_iter().filter(pinned).collect();
+        self.wake_body(body.index());
+        for node in nodes {
             self.pinned.remove(&node);
             self.moved.retain(|&other| other != node);
             self.input.moves.retain(|&(other, ..)| other != node);
@@ -208,6 +211,9 @@ impl Simulation {
             let message = "cannot be added to a scene that was built without air";
             return Err(SceneError::new("world.air", message).into());
         }
+        if *world != self.backend.assembly().world {
+            self.wake_all();
+        }
         self.backend.alter(&mut |assembly| assembly.world = world.clone());
         Ok(())
     }
@@ -248,6 +254,7 @@ impl Simulation {
     /// has the same name and as many nodes here as there. What constraints remember comes along where there are as many.
     /// Nodes held here stand still. Of one that blew up or was stopped it is the last good state, and what constraints remember stays there.
     pub fn adopt_state(&mut self, from: &Self) {
+        self.wake_all();
         for to in 0..self.bodies.len() {
             let name = &self.bodies[to].name;
             let Some(other) = from.bodies.iter().position(|body| body.name == *name) else { continue };

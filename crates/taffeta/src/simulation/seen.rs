@@ -44,12 +44,20 @@ impl Simulation {
 
     /// The colliders as they are at a time [s], and the triangles of those that are meshes.
     fn colliders_at(&self, time: f64) -> (Vec<ColliderNow<f64>>, &[MeshSurface<f64>]) {
+        self.colliders_after([time - self.dt(), time])
+    }
+
+    /// The colliders at the end of a span of time [s], having moved since its start, and the triangles of those that are meshes.
+    pub(super) fn colliders_after(
+        &self,
+        [from, to]: [f64; 2],
+    ) -> (Vec<ColliderNow<f64>>, &[MeshSurface<f64>]) {
         let all = self.backend.assembly().colliders();
         let surfaces = self
             .surfaces
             .get_or_init(|| all.iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect());
-        let (dt, mut meshes) = (self.dt(), 0);
-        (all.iter().map(|one| one.at(time - dt, dt, &mut meshes)).collect(), surfaces)
+        let mut meshes = 0;
+        (all.iter().map(|one| one.at(from, to - from, &mut meshes)).collect(), surfaces)
     }
 
     /// Calls `sink` with the node of each vertex, by solver index; `None` for one that no face uses.
@@ -62,7 +70,12 @@ impl Simulation {
 }
 
 /// Distance of a position from a collider with its offset [m].
-fn distance_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
+pub(super) fn distance_of(
+    collider: &ColliderNow<f64>,
+    surfaces: &[MeshSurface<f64>],
+    x: [f64; 3],
+    reach: f64,
+) -> f64 {
     match &collider.shape {
         ShapeNow::Mesh(mesh) => {
             let within = reach + mesh.offset;

@@ -5,6 +5,7 @@ use crate::motion::keyframes::Track;
 use crate::plan::refinement::{CALM_FRAMES, Refinement};
 use crate::report::FrameReport;
 use crate::scene::{Keyframe, Path, Rotation, World, check_motion};
+use crate::simulation::sleeping::Rest;
 use crate::simulation::{Frozen, InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -87,10 +88,15 @@ pub struct Changes {
     pub colliders: Vec<(u32, Keyframe)>,
     /// The same of pins, by their number among those that can move.
     pub pins: Vec<(u32, Keyframe)>,
-    /// Nodes that were free and that a program has pinned, those of frozen bodies among them, in user order.
+    /// Nodes that were free and that a program has pinned, those of frozen bodies among them but not those of sleeping ones, in user
+    /// order.
     pub pinned: Vec<u32>,
     /// Bodies that diverged and stand still.
     pub frozen: Vec<Frozen>,
+    /// Frames that each body has been at rest; empty where none ever sleeps.
+    pub rest: Vec<u32>,
+    /// Bodies that are asleep.
+    pub asleep: Vec<u32>,
 }
 
 /// In formats that do not name their fields, one that may be left out has no place; as text it has.
@@ -110,6 +116,11 @@ mod as_json {
 }
 
 impl Changes {
+    /// Who sleeps.
+    fn rest(&self) -> Rest {
+        Rest { frames: self.rest.clone(), asleep: self.asleep.iter().map(|&body| body as usize).collect() }
+    }
+
     /// Whether a program could have made them in a scene of so many nodes and so many colliders and tracks of pins.
     fn check(&self, nodes: usize, [colliders, pins]: [usize; 2]) -> Result<(), String> {
         self.world.check().map_err(|error| error.to_string())?;
@@ -323,6 +334,8 @@ impl Simulation {
             pins: (0..).zip(assembly.tracks()).filter_map(brought).collect(),
             pinned,
             frozen: self.frozen.clone(),
+            rest: self.sleeping.rest.frames.clone(),
+            asleep: self.sleeping.rest.asleep.iter().map(|&body| body as u32).collect(),
         }
     }
 
@@ -358,6 +371,8 @@ impl Simulation {
         self.input = FrameInput::default();
         self.halted = None;
         self.take_changes(&snapshot.changes);
+        // Before others hold their nodes.
+        self.wake_all();
         let pinned = |user: &u32| order[*user as usize] as u32;
         self.pin_exactly(&snapshot.changes.pinned.iter().map(pinned).collect());
         self.frozen.clone_from(&snapshot.changes.frozen);
@@ -366,6 +381,7 @@ impl Simulation {
             let [place, velocity] = [3 * user, 3 * (order.len() + user)].map(|at| snapshot.triple(at));
             self.backend.set(node, place, velocity);
         }
+        self.set_rest(&snapshot.changes.rest());
         self.backend.set_solver_state(&snapshot.solver_state());
         self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
         self.moved.sort_unstable();
@@ -395,6 +411,7 @@ impl Simulation {
         let assembly = self.backend.assembly();
         let counts = [assembly.colliders().len(), assembly.tracks().len()];
         snapshot.changes.check(nodes, counts)?;
+        self.check_rest(&snapshot.changes)?;
         if snapshot.nodes != nodes as u64 {
             return Err(format!("it holds {} nodes, the scene has {nodes}", snapshot.nodes));
         }
@@ -409,12 +426,21 @@ impl Simulation {
         let mut held = snapshot.held.clone();
         held.sort_unstable();
         // What a program has pinned here is freed; what the scene holds cannot be, and nothing else can be held.
-        let is_held = |node: usize| !self.backend.is_free(node) && !self.pinned.contains(&(node as u32));
+        let is_held = |node: usize| {
+            !self.backend.is_free(node) && !self.pinned.contains(&(node as u32)) && !self.sleeping.holds(node)
+        };
         let pinned: BTreeSet<u32> = snapshot.changes.pinned.iter().copied().collect();
+        let asleep = snapshot.changes.rest().asleep;
         for (user, &node) in (0..).zip(order) {
             let in_it = held.binary_search(&user).is_ok();
             if pinned.contains(&user) && !in_it {
                 return Err(format!("node {user} is pinned by a program in it, and not held"));
+            }
+            if asleep.contains(&assembly.number_of_body(node as u32)) {
+                if !in_it {
+                    return Err(format!("node {user} is of a body that is asleep in it, and not held"));
+                }
+                continue;
             }
             if is_held(node) != (in_it && !pinned.contains(&user)) {
                 let [there, here] = if in_it { ["held", "free"] } else { ["free", "held"] };
@@ -435,6 +461,24 @@ impl Simulation {
         match snapshot.precision.beyond(self.precision, &snapshot.state, 6 * nodes) {
             Some(index) => {
                 Err(format!("its node {} has a number that {}", index / 3 % nodes, self.precision.refuses()))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Whether bodies of this scene may sleep as they do in it.
+    fn check_rest(&self, Changes { rest, asleep, .. }: &Changes) -> Result<(), String> {
+        let bodies = self.bodies.len();
+        let counted = if self.scene.sleep.is_some() { bodies } else { 0 };
+        if rest.len() != counted {
+            return Err(format!(
+                "it says of {} bodies how long they have been at rest, not of {counted}",
+                rest.len()
+            ));
+        }
+        match asleep.iter().find(|body| **body as usize >= counted) {
+            Some(body) => {
+                Err(format!("its body {body} is asleep, and of this scene {counted} bodies may be"))
             }
             None => Ok(()),
         }

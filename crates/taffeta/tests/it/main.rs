@@ -30,6 +30,7 @@ mod random_surfaces;
 mod reactions;
 mod rest_shape;
 mod rooms;
+mod sleeping;
 mod snapshot;
 mod split;
 mod stability;

@@ -63,6 +63,16 @@ pub struct ContactSurface<T> {
     pub carry: Rigid<T>,
 }
 
+impl ContactSurface<f64> {
+    /// How far the collider's motion brings what passes through a ball in a step of `h` seconds, at most [m].
+    pub fn way_through(&self, center: [f64; 3], radius: f64, h: f64) -> f64 {
+        let at_center = add(self.spin.map(|row| dot(row, center)), self.drift);
+        let turn = h * self.spin.as_flattened().iter().map(|s| s * s).sum::<f64>().sqrt();
+        // What starts in the ball ends a way from it, where the motion is that much more. An arc is longer than its chord.
+        if turn < 0.5 { 1.5 * (h * norm(at_center) + turn * radius) / (1.0 - turn) } else { f64::INFINITY }
+    }
+}
+
 impl<T: Real> ContactSurface<T> {
     /// The contact point of a node at `x`.
     #[inline(always)]

@@ -54,6 +54,14 @@ impl<T: Real> Substep<T> {
     }
 }
 
+impl Load {
+    /// Whether its scale changes over a span of time [s].
+    pub fn changes_over(&self, span: [f64; 2]) -> bool {
+        let [before, after] = span.map(|t| scale_at(&self.scale, t));
+        before != after || self.scale.iter().any(|key| span[0] < key.t && key.t < span[1])
+    }
+}
+
 impl Assembly {
     /// Point loads and torques.
     pub fn loads(&self) -> &[Load] {

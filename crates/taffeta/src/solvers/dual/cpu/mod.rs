@@ -208,6 +208,11 @@ impl<T: Real> Feature<T> for Dual<T> {
         if all { Marks::IMPLICIT.and(Marks::SOLVED) } else { Marks::NONE }
     }
 
+    /// Where nodes are held, constraint forces go on to the solution from one sub-step to the next.
+    fn lets_rest(&self) -> bool {
+        false
+    }
+
     fn begin(&self, worker: &mut Worker<'_, T>) {
         if self.adaptive {
             for tile in worker.tiles.clone() {

@@ -475,6 +475,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 }
 
 impl CgState {
+    /// Of a body, which may rest.
+    pub fn new(rests: bool) -> Self {
+        Self { met: rests, done: rests, ..Self::default() }
+    }
+
     /// Before a further Newton step.
     pub fn again(self) -> Self {
         let Self { whole, error, all, met, .. } = self;

@@ -31,8 +31,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         // SAFETY: what was moved was written before a barrier.
         let moved = unsafe { self.shared.moved.read() };
         let state: [&[T]; 6] = std::array::from_fn(|axis| moved.column(axis));
-        for set in self.solved_sets() {
-            set.linearise(self.worker.nodes.level, self.worker.part(set.blocks()), &state, self.h);
+        if let Some(elements) = self.worker.features.get::<Elements<T>>() {
+            elements.linearise(self.worker, &state, self.h);
         }
         self.worker.synchronise();
     }

@@ -269,12 +269,13 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         });
     }
 
-    /// Does something for each chunk of its share of a level.
+    /// Does something for each chunk of its share of a level, but for bodies that rest.
     pub fn each_of_all(&mut self, level: usize, work: impl Fn(&mut Self, &Chunk)) {
         let multigrid = self.multigrid;
         let all = &multigrid.tables[level].chunks;
         let mine = if self.alone { 0..all.len() } else { self.worker.part(all.len()) };
-        for chunk in &all[mine] {
+        let resting = self.worker.resting;
+        for chunk in all[mine].iter().filter(|chunk| !resting.has(chunk.body)) {
             work(self, chunk);
         }
     }

@@ -12,8 +12,9 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             0 => (1, MOST_STEPS),
             steps => (steps, steps),
         };
+        let (bodies, resting) = (0..self.multigrid.tables[0].bodies.len(), self.worker.resting);
         self.scratch.bodies.clear();
-        self.scratch.bodies.resize(self.multigrid.tables[0].bodies.len(), CgState::default());
+        self.scratch.bodies.extend(bodies.map(|body| CgState::new(resting.has(body))));
         self.soften();
         self.each(0, |worker, chunk| worker.predict_contacts(&chunk.part));
         self.worker.synchronise();
