@@ -34,6 +34,7 @@ pub use advice::{Advice, Refusal, Warning};
 pub use assembly::springs;
 #[cfg(feature = "gpu")]
 pub use backend::{VertexTarget, View};
+pub use cpu::team::Pool;
 pub use elements::spring::listed::springs_of;
 pub use glam;
 #[cfg(feature = "gpu")]
@@ -41,6 +42,7 @@ pub use glam;
 pub use gpu::GpuKernels;
 #[cfg(feature = "gpu")]
 pub use gpu::GpuOptions;
+pub use rayon;
 #[cfg(feature = "gpu")]
 pub use simulation::GpuCost;
 pub use simulation::{

@@ -34,6 +34,7 @@ use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, FrameInput, Lost};
 use crate::contact::collider_mesh::surface::MeshSurface;
+use crate::cpu::team::Team;
 use crate::diagnostics::advice::StepLimit;
 use crate::diagnostics::culprit::Culprit;
 use crate::diagnostics::digits::too_coarse;
@@ -138,8 +139,7 @@ impl Simulation {
         if options.precision == Precision::F32 {
             warnings.extend(assembly.bodies.iter().filter_map(too_coarse).map(Warning::from));
         }
-        let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
-        let backend = backend(scene, assembly, threads, options)?;
+        let backend = backend(scene, assembly, options)?;
         let mut simulation = Self {
             id,
             scene: scene.clone(),
@@ -549,12 +549,7 @@ impl Simulation {
 }
 
 #[cfg_attr(not(feature = "gpu"), expect(unused_variables, reason = "only a boundary builds a scene twice"))]
-fn backend(
-    scene: &Scene,
-    assembly: Assembly,
-    threads: usize,
-    options: &Options,
-) -> Result<Box<dyn Backend>, BuildError> {
+fn backend(scene: &Scene, assembly: Assembly, options: &Options) -> Result<Box<dyn Backend>, BuildError> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
         return match (options.precision, gpu.from) {
@@ -568,9 +563,14 @@ fn backend(
             }
         };
     }
+    let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
+    let team = match &options.pool {
+        Some(pool) => Team::of(pool.clone(), threads),
+        None => Team::new(threads),
+    };
     Ok(match options.precision {
-        Precision::F32 => Box::new(features::on_cpu::<f32>(assembly, threads)?),
-        Precision::F64 => Box::new(features::on_cpu::<f64>(assembly, threads)?),
+        Precision::F32 => Box::new(features::on_cpu::<f32>(assembly, team)?),
+        Precision::F64 => Box::new(features::on_cpu::<f64>(assembly, team)?),
     })
 }
 

@@ -116,6 +116,7 @@ impl Device {
             find_largest_steps: true,
             on_divergence: plan.on_divergence,
             gpu,
+            ..Options::default()
         };
         let built = Simulation::new(&loaded.scene, &options(self.gpu.clone()));
         let error = match built {

@@ -105,12 +105,11 @@ impl<T: Real> CpuBackend<T> {
         mut assembly: Assembly,
         parts: &Parts,
         parameters: Parameters<T>,
-        threads: usize,
+        team: Team,
         make: impl FnOnce(&mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T>>>, String>,
     ) -> Result<Self, String> {
         let [inverse_mass, mass] = masses(&assembly);
         let nodes = Nodes { tiles: tiles::tiles(&assembly), inverse_mass, mass, level: SimdLevel::detect() };
-        let team = Team::new(threads);
         let chunks = tiles::chunks_by_nodes(&nodes.tiles, team.threads());
         let states = LEADS.map(|lead| start(&assembly, lead));
         let clock = Instant::now();
@@ -246,6 +245,13 @@ impl<T: Real> CpuBackend<T> {
         }
     }
 
+    /// Has one worker from now on where the caller is a thread that others would wait for.
+    fn enter(&mut self) {
+        if self.team.workers() > 1 && self.team.is_within() {
+            self.limit_threads(1);
+        }
+    }
+
     /// Has so many workers from now on, at most one on each thread.
     pub(crate) fn set_workers(&mut self, workers: usize) {
         let start = Instant::now();
@@ -333,6 +339,7 @@ impl<T: Real> Backend for CpuBackend<T> {
             // Nobody is to see what comes of it.
             return Ok(());
         }
+        self.enter();
         self.input = input;
         let Some(kept) = self.keep() else {
             self.run_frame(start);
@@ -381,6 +388,7 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
+        self.enter();
         self.resting.forget_all();
         self.run(&[]);
         Ok(())

@@ -4,6 +4,7 @@ use crate::assembly::Assembly;
 use crate::backend::{Backend, FrameInput};
 use crate::cpu::CpuBackend;
 use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::team::Team;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -139,9 +140,14 @@ fn scene() -> Assembly {
 fn calls(parts: &Parts, threads: usize) -> (Vec<Call>, Vec<usize>) {
     let calls = Arc::new(Mutex::new(Vec::new()));
     let recorder = Recorder(Arc::clone(&calls));
-    let mut cpu =
-        CpuBackend::<f32>::new(scene(), parts, |_, _, _| {}, threads, |_| Ok(vec![Box::new(recorder)]))
-            .expect("a backend");
+    let mut cpu = CpuBackend::<f32>::new(
+        scene(),
+        parts,
+        |_, _, _| {},
+        Team::new(threads),
+        |_| Ok(vec![Box::new(recorder)]),
+    )
+    .expect("a backend");
     assert_eq!(cpu.nodes.tiles.len(), BODIES, "a tile a body");
     let worker = |tile| cpu.chunks.iter().position(|chunk| chunk.contains(&tile)).expect("a worker");
     let workers = (0..BODIES).map(worker).collect();

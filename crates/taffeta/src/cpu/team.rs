@@ -6,9 +6,58 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Threads of a program that simulations work on, each for a frame at a time; one that has threads of its own starts none.
+///
+/// ```
+/// # use taffeta::{Options, Pool, Simulation, scene::{Body, Mass, Mesh, Scene}};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 4, [1.0, 1.0])).with_mass(Mass::Node(0.1)).structural(9.0, 0.1);
+/// # let scene = Scene::new("").body(cloth);
+/// use taffeta::rayon::ThreadPoolBuilder;
+///
+/// let pool = Pool::from(ThreadPoolBuilder::new().num_threads(2).build()?);
+/// let options = Options { threads: Some(2), pool: Some(pool.clone()), ..Options::default() };
+/// let mut rooms = [Simulation::new(&scene, &options)?, Simulation::new(&scene, &options)?];
+/// for room in &mut rooms {
+///     room.step()?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Where two of them ask for it at once, from threads that are not of the pool, one waits for the frame of the other. A simulation that
+/// is stepped on a thread of the pool works on that one alone from then on: the others may be waiting for it, and it would wait for them.
+/// No result depends on it.
+#[derive(Clone, Debug)]
+pub struct Pool(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    threads: Arc<rayon::ThreadPool>,
+    /// Held by whoever works.
+    turn: Mutex<()>,
+}
+
+impl Pool {
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.0.threads.current_num_threads()
+    }
+}
+
+impl From<Arc<rayon::ThreadPool>> for Pool {
+    fn from(threads: Arc<rayon::ThreadPool>) -> Self {
+        Self(Arc::new(Shared { threads, turn: Mutex::new(()) }))
+    }
+}
+
+impl From<rayon::ThreadPool> for Pool {
+    fn from(threads: rayon::ThreadPool) -> Self {
+        Arc::new(threads).into()
+    }
+}
+
 /// Worker threads, which wait between frames.
 pub struct Team {
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Pool>,
     threads: usize,
     barrier: Barrier,
 }
@@ -16,16 +65,24 @@ pub struct Team {
 impl Team {
     /// A team of `threads` (at least one). One thread is the caller itself; if the system gives no threads, too.
     pub fn new(threads: usize) -> Self {
-        let pool = (threads > 1)
-            .then(|| {
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .thread_name(|i| format!("taffeta-{i}"))
-                    .build()
-            })
-            .and_then(Result::ok);
+        let build = || {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.thread_name(|i| format!("taffeta-{i}")).build().ok().map(Pool::from)
+        };
+        let pool = if threads > 1 { build() } else { None };
         let threads = if pool.is_some() { threads } else { 1 };
         Self { threads, pool, barrier: Barrier::new(threads) }
+    }
+
+    /// A team of up to `threads` of a pool.
+    pub fn of(pool: Pool, threads: usize) -> Self {
+        let threads = threads.clamp(1, pool.threads());
+        Self { threads, pool: (threads > 1).then_some(pool), barrier: Barrier::new(threads) }
+    }
+
+    /// Whether the caller is one of the threads, so that it must not wait for the others.
+    pub fn is_within(&self) -> bool {
+        self.pool.as_ref().is_some_and(|pool| pool.0.threads.current_thread_index().is_some())
     }
 
     /// Number of threads.
@@ -63,17 +120,18 @@ impl Team {
             work(worker, barrier);
             drop(guard);
         };
-        match &self.pool {
+        let Some(Pool(pool)) = self.pool.as_ref().filter(|_| self.workers() > 1) else { return work(0) };
+        // Workers of two teams would wait for each other's threads.
+        let _turn = pool.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.workers() == pool.threads.current_num_threads() {
             // Each on the thread that it was on before: that has its data at hand.
-            Some(pool) if self.workers() == self.threads => {
-                pool.broadcast(|context| work(context.index()));
-            }
+            pool.threads.broadcast(|context| work(context.index()));
+        } else {
             // Threads that have no worker are not woken.
-            Some(pool) => pool.in_place_scope(|scope| {
+            pool.threads.in_place_scope(|scope| {
                 (1..self.workers()).for_each(|worker| scope.spawn(move |_| work(worker)));
                 work(0);
-            }),
-            None => work(0),
+            });
         }
     }
 

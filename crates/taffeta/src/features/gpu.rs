@@ -3,6 +3,7 @@
 use crate::advice::{Advice, Refusal};
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::cpu::team::Team;
 use crate::features::{Tables, arrays, check_together, of_gpu, on_cpu, parameters, refusals, shaders};
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::bodies::Bodies;
@@ -41,7 +42,7 @@ pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, Re
 
 /// A scene, built twice, whose first stages run on the CPU.
 pub fn at_boundary(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Boundary, Refusal> {
-    Ok(Boundary::new(on_cpu(a, 1)?, on_gpu(options, b)?, options.from))
+    Ok(Boundary::new(on_cpu(a, Team::new(1))?, on_gpu(options, b)?, options.from))
 }
 
 /// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that does

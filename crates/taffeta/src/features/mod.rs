@@ -14,6 +14,7 @@ use crate::contact::{colliders, nodes, triangles};
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
+use crate::cpu::team::Team;
 use crate::diagnostics;
 use crate::elements::{self, aero, load, membrane, spring};
 use crate::motion;
@@ -65,9 +66,9 @@ pub fn parameters<T: Real>(assembly: &Assembly, span: [f64; 2], substep: &mut Su
 }
 
 /// A scene on the CPU.
-pub fn on_cpu<T: Real>(assembly: Assembly, threads: usize) -> Result<CpuBackend<T>, Refusal> {
+pub fn on_cpu<T: Real>(assembly: Assembly, team: Team) -> Result<CpuBackend<T>, Refusal> {
     let parts = parts(&assembly);
-    Ok(CpuBackend::new(assembly, &parts, parameters, threads, of_cpu)?)
+    Ok(CpuBackend::new(assembly, &parts, parameters, team, of_cpu)?)
 }
 
 /// The features of a scene on the CPU.

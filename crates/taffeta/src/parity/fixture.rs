@@ -12,6 +12,7 @@ use crate::contact::nodes::pair;
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
+use crate::cpu::team::Team;
 use crate::elements::gpu::KindTables;
 use crate::elements::hinge;
 use crate::elements::load::cpu::Loads;
@@ -208,7 +209,7 @@ impl Fixture {
             is_node[body.solver_range()].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0, (1, InVain::NEVER), features::parameters);
-        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
+        let cpu = features::on_cpu::<f32>(assembly, Team::new(1)).map_err(|refusal| refusal.message)?;
         let [old, new] = states(chance, &tables, &cpu);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
         let input = input(chance);

@@ -1,5 +1,6 @@
 //! How to run a scene, apart from what it is.
 
+use crate::cpu::team::Pool;
 #[cfg(feature = "gpu")]
 use crate::gpu::GpuOptions;
 use crate::simulation::OnDivergence;
@@ -48,6 +49,8 @@ pub struct Options {
     /// Worker threads; `None`: all that the machine has, but one for every 4,096 nodes at most, for less work than
     /// that is done before the workers have met.
     pub threads: Option<usize>,
+    /// Threads of the program to work on; `None`: threads of its own.
+    pub pool: Option<Pool>,
     /// Arithmetic; a GPU computes in [`Precision::F32`] alone.
     pub precision: Precision,
     /// Whether to find the largest stable steps ([`crate::Simulation::largest_stable_step`]) in any case. Otherwise they are found

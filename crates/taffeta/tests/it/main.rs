@@ -25,6 +25,7 @@ mod motion;
 mod oracle;
 mod pairs;
 mod parity;
+mod pool;
 mod primal;
 mod random_surfaces;
 mod reactions;
