@@ -1,6 +1,7 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
 mod acad;
+mod busy;
 mod collider;
 mod contact;
 mod fabric;
@@ -11,6 +12,7 @@ mod line;
 mod measure;
 mod mesh;
 pub mod scenes;
+mod sleep;
 mod start;
 mod volume;
 
@@ -101,6 +103,10 @@ enum What {
     Volume,
     /// How long it takes to build many small sheets, and a ball
     Start,
+    /// Many small sheets of which all, one and none are awake
+    Sleep,
+    /// One thread and several beside other threads that take the cores
+    Busy,
 }
 
 /// Runs one bench and prints its lines.
@@ -117,6 +123,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::Acad => acad::run(args, &bench),
         What::Collider => collider::run(args, &bench),
         What::Start => start::run(args),
+        What::Sleep => sleep::run(args),
+        What::Busy => busy::run(args),
         _ => run_scene(args, bench),
     }
 }
@@ -246,7 +254,8 @@ impl Args {
             )),
             What::Mesh => mesh::bench(self.mesh.as_deref(), self.n.unwrap_or(1_000_000) as usize),
             What::Volume => volume::bench(self.mesh.as_deref(), self.n),
-            What::Start => Ok(Bench::new("start", vec![100, 20, 20], start::sheets())),
+            What::Start | What::Busy => Ok(Bench::new("start", vec![100, 20, 20], start::sheets())),
+            What::Sleep => Ok(sleep::benches()[0].clone()),
         }
     }
 }
