@@ -256,7 +256,7 @@ impl Simulation {
             solver,
             broken,
             reactions: assembly.reactions((time, substeps), &held),
-            asleep: self.sleeping.rest.asleep.len() as u32,
+            asleep: self.sleeping.count,
         }
     }
 
@@ -381,7 +381,7 @@ impl Simulation {
     /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`. An amplitude that is
     /// no number moves none, and one beyond 10⁶ m moves them so far.
     pub fn disturb(&mut self, amplitude: f64, seed: u64) {
-        self.wake_all();
+        self.rouse_all();
         let amplitude =
             if amplitude.is_nan() { 0.0 } else { amplitude.clamp(-LARGEST_LENGTH, LARGEST_LENGTH) };
         let mut random = SplitMix64::new(seed);
@@ -399,6 +399,7 @@ impl Simulation {
 
     /// Takes the state as it is for the start.
     fn measure(&mut self) -> Result<(), Lost> {
+        self.sleeping.count = self.sleeping.rest.asleep.len() as u32;
         self.backend.measure()?;
         let sums = self.backend.sums()?;
         self.held.clone_from(&sums.held);

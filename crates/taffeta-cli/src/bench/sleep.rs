@@ -7,7 +7,7 @@ use taffeta::scene::{Keyframe, Scene, Sleep};
 use taffeta_io::program::Failure;
 
 /// A frame and its longest sub-step [s].
-const TIME: (f64, f64) = (1.0 / 60.0, 1.05e-3);
+const TIME: (f64, f64) = (1.0 / 60.0, 5.6e-4);
 /// Frames until sheets that nothing moves are asleep.
 const SETTLED: u32 = 600;
 /// Half the time in which a sheet that is moved swings once [s], and how far [m].

@@ -247,7 +247,7 @@ impl<T: Real> CpuBackend<T> {
 
     /// Has one worker from now on where the caller is a thread that others would wait for.
     fn enter(&mut self) {
-        if self.team.workers() > 1 && self.team.is_within() {
+        if self.team.workers() > 1 && self.team.must_be_alone() {
             self.limit_threads(1);
         }
     }

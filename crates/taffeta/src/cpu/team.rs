@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Threads of a program that simulations work on, each for a frame at a time; one that has threads of its own starts none.
+/// Threads of a program that simulations work on, each for a frame at a time. A simulation with a pool starts no threads of its own.
 ///
 /// ```
 /// # use taffeta::{Options, Pool, Simulation, scene::{Body, Mass, Mesh, Scene}};
@@ -23,9 +23,10 @@ use std::time::{Duration, Instant};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Where two of them ask for it at once, from threads that are not of the pool, one waits for the frame of the other. A simulation that
-/// is stepped on a thread of the pool works on that one alone from then on: the others may be waiting for it, and it would wait for them.
-/// No result depends on it.
+/// Clones share the threads: where two simulations ask for them at once, one waits for the frame of the other. Of one `ThreadPool` there
+/// should be no second `Pool`, whose simulations would not wait. A simulation that is stepped on a thread of any pool of rayon works on
+/// that thread alone from then on, as the others may be waiting for it; `Simulation::limit_threads` gives it more again. No result
+/// depends on it.
 #[derive(Clone, Debug)]
 pub struct Pool(Arc<Shared>);
 
@@ -58,6 +59,7 @@ impl From<rayon::ThreadPool> for Pool {
 /// Worker threads, which wait between frames.
 pub struct Team {
     pool: Option<Pool>,
+    is_lent: bool,
     threads: usize,
     barrier: Barrier,
 }
@@ -71,18 +73,20 @@ impl Team {
         };
         let pool = if threads > 1 { build() } else { None };
         let threads = if pool.is_some() { threads } else { 1 };
-        Self { threads, pool, barrier: Barrier::new(threads) }
+        Self { threads, pool, is_lent: false, barrier: Barrier::new(threads) }
     }
 
     /// A team of up to `threads` of a pool.
     pub fn of(pool: Pool, threads: usize) -> Self {
         let threads = threads.clamp(1, pool.threads());
-        Self { threads, pool: (threads > 1).then_some(pool), barrier: Barrier::new(threads) }
+        let pool = (threads > 1).then_some(pool);
+        Self { threads, pool, is_lent: true, barrier: Barrier::new(threads) }
     }
 
-    /// Whether the caller is one of the threads, so that it must not wait for the others.
-    pub fn is_within(&self) -> bool {
-        self.pool.as_ref().is_some_and(|pool| pool.0.threads.current_thread_index().is_some())
+    /// Whether the caller must not wait for lent threads: it is one of them, or one of another pool, which goes on with other work of
+    /// that while it waits, and so may come to wait for itself.
+    pub fn must_be_alone(&self) -> bool {
+        self.is_lent && rayon::current_thread_index().is_some()
     }
 
     /// Number of threads.

@@ -115,10 +115,8 @@ impl Assembly {
     /// For each body whether what acts on it changes over a span of time [s]: gusts, loads, its pins, its seams, its volume.
     pub fn changing_over(&self, span: [f64; 2]) -> Vec<bool> {
         let is_gusty = self.world.air.as_ref().is_some_and(Air::is_gusty);
-        let goal_changes = |volume: &VolumeConstraint| span.map(|t| volume.goal(t));
-        let of_body = |body: &BodyAssembly| {
-            is_gusty || body.volume().map(goal_changes).is_some_and(|[before, after]| before != after)
-        };
+        let changes = |volume: &VolumeConstraint| volume.changes_over(span);
+        let of_body = |body: &BodyAssembly| is_gusty || body.volume().is_some_and(changes);
         let mut all: Vec<bool> = self.bodies.iter().map(of_body).collect();
         for load in self.loads().iter().filter(|load| load.changes_over(span)) {
             load.nodes.iter().for_each(|&node| all[self.number_of_body(node)] = true);

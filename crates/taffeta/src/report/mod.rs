@@ -30,7 +30,7 @@ pub struct FrameReport {
     /// Time [s].
     pub time: f64,
     /// Sub-steps that the frame took: those of the scene, or 2, 4, 8 or 16 times as many where contact between triangles asked for it; 0
-    /// at the start, and where all bodies are asleep.
+    /// at the start, and where nothing is run because all bodies sleep.
     pub substeps: u32,
     /// ½ Σ m v² [J].
     pub kinetic: f64,

@@ -9,8 +9,9 @@ use std::sync::atomic::AtomicBool;
 
 impl Simulation {
     /// Submits frames without waiting for their reports. On a GPU nothing waits, and nothing is read back, except where a frame may be
-    /// repeated: with contact between triangles, and in implicit steps of many iterations; and that [`OnDivergence::Freeze`] keeps what
-    /// solvers remember, once after each poll.
+    /// repeated: with contact between triangles, and in implicit steps of many iterations; that [`OnDivergence::Freeze`] keeps what
+    /// solvers remember, once after each poll; and that positions are read before each frame of a scene whose bodies may
+    /// [sleep](crate::scene::Sleep), while one is awake.
     ///
     /// # Errors
     /// A GPU may be lost. After [`StepError::Stopped`] or [`StepError::Diverged`] no frame runs before [`Self::restore`]: the error

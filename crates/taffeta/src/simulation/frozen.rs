@@ -68,6 +68,8 @@ pub(super) struct Given {
     pinned: BTreeSet<u32>,
     /// Nodes that came to where they were moved, and stop there.
     moved: Vec<u32>,
+    /// Bodies that the program has woken before.
+    roused: BTreeSet<usize>,
 }
 
 /// What the frames since the last good one started from, and what they were given.
@@ -120,6 +122,7 @@ impl Simulation {
             }
             let given = self.given(frames);
             self.kept.frames.push(given);
+            self.sleeping.roused.clear();
         }
     }
 
@@ -140,13 +143,16 @@ impl Simulation {
             pins: assembly.tracks().to_vec(),
             pinned: self.pinned.clone(),
             moved: self.moved.clone(),
+            roused: self.sleeping.roused.clone(),
         }
     }
 
     /// Sets what the program had set then; what it wants of bodies that are frozen now is left out, but that their pins go as the first of
     /// the frames had them go.
     fn give(&mut self, given: &Given, first: &Given) {
-        let Given { input, world, colliders, pins, pinned, moved, .. } = given;
+        let Given { input, world, colliders, pins, pinned, moved, roused, .. } = given;
+        // Before others hold their nodes.
+        roused.iter().for_each(|&body| self.wake_body(body));
         let frozen: Vec<usize> = self.frozen.iter().map(|one| one.body as usize).collect();
         self.backend.alter(&mut |assembly| {
             assembly.world = world.clone();

@@ -87,14 +87,15 @@ impl Simulation {
         track: impl Fn(&mut crate::assembly::Assembly) -> &mut Track,
     ) -> Result<(), InputError> {
         let dt = self.dt();
-        let now = f64::from(self.frame()) * dt;
+        // As the frame after it starts.
+        let [now, end] = [0.0, 1.0].map(|frames| (f64::from(self.frame()) + frames) * dt);
         let mut kept = false;
         self.backend.alter(&mut |assembly| {
             let track = track(assembly);
             kept = track.goes_on_after(now);
             if !kept {
                 let Pose { rotate, translate } = to;
-                let key = Keyframe { t: now + dt, translate, rotate: Some(rotate), ..Keyframe::default() };
+                let key = Keyframe { t: end, translate, rotate: Some(rotate), ..Keyframe::default() };
                 track.go_to(now, key);
             }
         });
@@ -129,7 +130,7 @@ impl Simulation {
         if self.is_frozen(body.index()) {
             return Ok(());
         }
-        self.wake_body(body.index());
+        self.rouse(std::iter::once(body.index()));
         for node in nodes {
             if self.backend.is_free(node) {
                 self.backend.pin(node);
@@ -154,7 +155,7 @@ impl Simulation {
         let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
         let pinned = |node: &u32| self.pinned.contains(node) && !self.is_frozen(body.index());
         let nodes: Vec<u32> = nodes.into_iter().filter(pinned).collect();
-        self.wake_body(body.index());
+        self.rouse(std::iter::once(body.index()));
         for node in nodes {
             self.pinned.remove(&node);
             self.moved.retain(|&other| other != node);
@@ -212,7 +213,7 @@ impl Simulation {
             return Err(SceneError::new("world.air", message).into());
         }
         if *world != self.backend.assembly().world {
-            self.wake_all();
+            self.rouse_all();
         }
         self.backend.alter(&mut |assembly| assembly.world = world.clone());
         Ok(())
@@ -254,7 +255,7 @@ impl Simulation {
     /// has the same name and as many nodes here as there. What constraints remember comes along where there are as many.
     /// Nodes held here stand still. Of one that blew up or was stopped it is the last good state, and what constraints remember stays there.
     pub fn adopt_state(&mut self, from: &Self) {
-        self.wake_all();
+        self.rouse_all();
         for to in 0..self.bodies.len() {
             let name = &self.bodies[to].name;
             let Some(other) = from.bodies.iter().position(|body| body.name == *name) else { continue };

@@ -40,6 +40,10 @@ pub(super) struct Sleeping {
     joined: BTreeSet<[usize; 2]>,
     /// Frames since the last one that was run.
     pub idle: u32,
+    /// How many slept in the last frame that was submitted.
+    pub count: u32,
+    /// Bodies that the program has woken since frames were submitted.
+    pub roused: BTreeSet<usize>,
 }
 
 impl Sleeping {
@@ -50,8 +54,8 @@ impl Sleeping {
         let (assembly, bodies) = (simulation.backend.assembly(), scene.bodies.len());
         let thickest = |contact: &crate::scene::SelfCollision| contact.thickest().0;
         Self {
-            // More frames than are counted are as good as none at all.
-            limits: Some((speed, (after / scene.time.dt).ceil().clamp(1.0, 1e9) as u32)),
+            // A body that was woken has a frame to set out; more frames than are counted are as good as none at all.
+            limits: Some((speed, (after / scene.time.dt).ceil().clamp(2.0, 1e9) as u32)),
             rest: Rest { frames: vec![0; bodies], asleep: BTreeSet::new() },
             motions: vec![BodyMotion::NONE; bodies],
             reach: scene
@@ -77,13 +81,14 @@ impl Sleeping {
 
     /// Sets of bodies that may touch each other before the end of a frame of `dt` seconds, or are sewn to each other, each by its
     /// least.
-    fn groups(&self, gravity: f64, dt: f64) -> Vec<u32> {
+    fn groups(&self, gravity: f64, dt: f64, moved: &[f64]) -> Vec<u32> {
         let mut sets = Sets::new(self.motions.len());
         self.joined.iter().for_each(|&[a, b]| sets.join(a as u32, b as u32));
         let swept = |body: usize| {
             let motion = &self.motions[body];
             // What is asleep is only touched.
             let way = if self.rest.asleep.contains(&body) { 0.0 } else { (motion.speed + gravity * dt) * dt };
+            let way = way.max(moved[body]);
             self.reach[body].map(|reach| (body, motion.grown(2.0 * way + 2.0 * reach)))
         };
         let mut all: Vec<(usize, [[f64; 3]; 2])> = (0..self.motions.len()).filter_map(swept).collect();
@@ -113,7 +118,8 @@ impl Simulation {
     /// # Errors
     /// Where the body is one of another simulation.
     pub fn wake(&mut self, body: BodyHandle) -> Result<(), InputError> {
-        self.wake_body(self.index_of(body)?);
+        let body = self.index_of(body)?;
+        self.rouse(std::iter::once(body));
         Ok(())
     }
 
@@ -123,7 +129,7 @@ impl Simulation {
             *frames = 0;
         }
         if self.sleeping.rest.asleep.remove(&body) {
-            self.let_nodes_go(body);
+            self.unpin_nodes(body);
             self.say_who_rests();
         }
     }
@@ -131,12 +137,25 @@ impl Simulation {
     /// Wakes all bodies.
     pub(super) fn wake_all(&mut self) {
         (0..self.bodies.len()).for_each(|body| self.wake_body(body));
-        self.sleeping.idle = 0;
+    }
+
+    /// Wakes bodies because the program says so, or changes them.
+    pub(super) fn rouse(&mut self, bodies: impl Iterator<Item = usize>) {
+        for body in bodies {
+            self.sleeping.roused.insert(body);
+            self.wake_body(body);
+        }
+    }
+
+    /// The same of all bodies.
+    pub(super) fn rouse_all(&mut self) {
+        self.rouse(0..self.bodies.len());
     }
 
     /// Who sleeps from now on.
     pub(super) fn set_rest(&mut self, rest: &Rest) {
         self.wake_all();
+        self.sleeping.idle = 0;
         self.sleeping.rest.frames.clone_from(&rest.frames);
         rest.asleep.iter().for_each(|&body| self.fall_asleep(body));
         self.say_who_rests();
@@ -153,13 +172,15 @@ impl Simulation {
         self.sleeping.motions[body] = self.backend.motion(body);
     }
 
-    fn let_nodes_go(&mut self, body: usize) {
+    fn unpin_nodes(&mut self, body: usize) {
         let range = self.backend.assembly().bodies[body].solver_range();
         let (start, end) = (range.start as u32, range.end as u32);
         let held: Vec<u32> = self.sleeping.nodes.range(start..end).copied().collect();
         for node in held {
             self.sleeping.nodes.remove(&node);
-            self.backend.unpin(node as usize);
+            if !self.pinned.contains(&node) {
+                self.backend.unpin(node as usize);
+            }
         }
     }
 
@@ -189,11 +210,11 @@ impl Simulation {
         self.stir_by_colliders(span, &mut stirred);
         let frames = &mut self.sleeping.rest.frames;
         for (frames, stirred) in frames.iter_mut().zip(stirred) {
-            *frames = if stirred { 0 } else { (*frames + 1).min(needed + SETTLING) };
+            *frames = if stirred { 0 } else { frames.saturating_add(1).min(needed + SETTLING) };
         }
         let gravity = self.backend.assembly().world.gravity;
         let gravity = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let group_of = self.sleeping.groups(gravity, span[1] - span[0]);
+        let group_of = self.sleeping.groups(gravity, span[1] - span[0], &self.ways_of_pins(span, input));
         let mut least = vec![u32::MAX; bodies];
         for (&group, &frames) in group_of.iter().zip(&self.sleeping.rest.frames) {
             least[group as usize] = least[group as usize].min(frames);
@@ -205,13 +226,31 @@ impl Simulation {
             let woken: Vec<usize> = self.sleeping.rest.asleep.difference(&asleep).copied().collect();
             for body in woken {
                 self.sleeping.rest.asleep.remove(&body);
-                self.let_nodes_go(body);
+                self.unpin_nodes(body);
             }
             let tired: Vec<usize> = asleep.difference(&self.sleeping.rest.asleep).copied().collect();
             tired.into_iter().for_each(|body| self.fall_asleep(body));
             self.say_who_rests();
         }
+        self.sleeping.count = asleep.len() as u32;
         Ok(is_settled)
+    }
+
+    /// How far pins bring nodes of each body in a frame at most [m].
+    fn ways_of_pins(&self, span: [f64; 2], input: &FrameInput) -> Vec<f64> {
+        let assembly = self.backend.assembly();
+        let mut ways = vec![0.0_f64; self.bodies.len()];
+        let mut note = |node: u32, [from, to]: [[f64; 3]; 2]| {
+            let way = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>().sqrt();
+            let most = &mut ways[assembly.number_of_body(node)];
+            *most = most.max(way);
+        };
+        input.moves.iter().for_each(|&(node, from, to)| note(node, [from, to]));
+        let moves: Vec<bool> = assembly.tracks().iter().map(|track| track.moves_over(span)).collect();
+        for pin in assembly.moving_pins().iter().filter(|pin| moves[pin.track as usize]) {
+            note(pin.node, span.map(|t| assembly.tracks()[pin.track as usize].pose(t).apply(pin.start)));
+        }
+        ways
     }
 
     /// Notes how bodies move that are awake.
@@ -231,10 +270,12 @@ impl Simulation {
     /// Notes which bodies colliders come near to that move over a span of time [s].
     fn stir_by_colliders(&self, span: [f64; 2], stirred: &mut [bool]) {
         let all = self.backend.assembly().colliders();
-        let moving = |index: &usize| {
-            let deforms = all[*index].mesh().is_some_and(|mesh| mesh.deforms());
-            deforms || all[*index].track().moves_over(span)
+        let deforms = |index: usize| {
+            let mesh = all[index].mesh().filter(|mesh| mesh.deforms());
+            mesh.is_some_and(|mesh| mesh.nodes(span[0]) != mesh.nodes(span[1]))
         };
+        let deforms: Vec<bool> = (0..all.len()).map(deforms).collect();
+        let moving = |index: &usize| deforms[*index] || all[*index].track().moves_over(span);
         let moving: Vec<usize> = (0..all.len()).filter(moving).collect();
         if moving.is_empty() {
             return;
@@ -243,14 +284,14 @@ impl Simulation {
         let mut times: Vec<f64> = span.into();
         times.extend(moving.iter().flat_map(|&index| all[index].track().turns_within(span)));
         times.sort_by(f64::total_cmp);
+        times.dedup();
         for piece in times.windows(2) {
             let (from, to) = (piece[0], piece[1]);
             let (now, surfaces) = self.colliders_after([from, to]);
             for (body, stirred) in stirred.iter_mut().enumerate().filter(|(_, stirred)| !**stirred) {
                 *stirred = moving.iter().any(|&index| {
-                    if all[index].mesh().is_some_and(|mesh| mesh.deforms()) {
-                        return self
-                            .is_near_corners(body, &[from, to].map(|t| all[index].corners(t)).concat());
+                    if deforms[index] {
+                        return self.is_near_corners(body, &[from, to].map(|t| all[index].corners(t)));
                     }
                     self.is_near(body, &now[index], surfaces, to - from)
                 });
@@ -259,9 +300,14 @@ impl Simulation {
     }
 
     /// Whether the nodes of a collider that changes its shape come near to a body.
-    fn is_near_corners(&self, body: usize, corners: &[[f64; 3]]) -> bool {
-        let around = BodyMotion::of(corners.iter().map(|&x| [x, [0.0; 3]])).bounds;
-        let [low, high] = self.sleeping.motions[body].grown(self.sleeping.margin(body));
+    fn is_near_corners(&self, body: usize, corners: &[Vec<[f64; 3]>; 2]) -> bool {
+        let around = BodyMotion::of(corners.iter().flatten().map(|&x| [x, [0.0; 3]])).bounds;
+        let way =
+            |[from, to]: [&[f64; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis]).abs()).fold(0.0, f64::max);
+        let longest =
+            corners[0].iter().zip(&corners[1]).map(|(from, to)| way([from, to])).fold(0.0, f64::max);
+        // On an arc they go beyond where it begins and ends.
+        let [low, high] = self.sleeping.motions[body].grown(self.sleeping.margin(body) + longest);
         (0..3).all(|axis| around[0][axis] <= high[axis] && low[axis] <= around[1][axis])
     }
 

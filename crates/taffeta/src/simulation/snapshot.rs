@@ -382,6 +382,7 @@ impl Simulation {
             self.backend.set(node, place, velocity);
         }
         self.set_rest(&snapshot.changes.rest());
+        self.sleeping.roused.clear();
         self.backend.set_solver_state(&snapshot.solver_state());
         self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
         self.moved.sort_unstable();

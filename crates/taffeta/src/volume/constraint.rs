@@ -34,6 +34,11 @@ impl VolumeConstraint {
         (self.form != Form::Pressure).then(|| self.goal(t))
     }
 
+    /// Whether that changes over a span of time [s].
+    pub fn changes_over(&self, [from, to]: [f64; 2]) -> bool {
+        self.goal(from) != self.goal(to) || self.keys.iter().any(|key| from < key.0 && key.0 < to)
+    }
+
     /// Whether it may add energy: by a pressure, or a volume other than that at rest.
     pub fn drives(&self, rest: f64) -> bool {
         self.form == Form::Pressure || self.keys.iter().any(|key| key.1 != rest)

@@ -218,14 +218,14 @@ fn what_no_scene_could_have_is_refused_while_one_runs_and_changes_nothing() {
 
 #[test]
 fn air_that_is_taken_away_acts_no_more() {
-    let air = Air { velocity: [3.0, 0.0, 1.0], ..Air::default() };
+    let air = Air { velocity: [3.0, 2.0, 1.0], ..Air::default() };
     let mut scene = weightless("blown", 0.01, 2e-3);
     scene.world.air = Some(air);
     let scene = scene.body(Body::cloth("sheet", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Node(1e-3)));
     for gpu in [None, Some(gpu().into())] {
         let mut simulation = Simulation::new(&scene, &Options { gpu, ..Options::default() }).unwrap();
         let before = simulation.advance(2).unwrap().momentum;
-        assert!(before[0].abs() > 1e-6, "{before:?}");
+        assert!(before[1] > 1e-6, "{before:?}");
         simulation.set_world(&World { air: None, ..scene.world.clone() }).unwrap();
         let after = simulation.advance(5).unwrap().momentum;
         assert_eq!(after, before, "on {}", simulation.device());

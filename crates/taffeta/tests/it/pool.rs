@@ -43,6 +43,14 @@ fn simulations_share_threads_of_the_program_wherever_they_are_stepped() {
         inside.into_par_iter().map(ran).collect::<Vec<_>>()
     });
     assert_eq!(hashes, [wanted; 3]);
+    // On threads of another pool, which take up other work where they wait.
+    let other = ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let rooms: Vec<Simulation> = (0..24).map(|_| on(Some(&pool), 3)).collect();
+    let hashes = other.install(|| {
+        use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
+        rooms.into_par_iter().map(ran).collect::<Vec<_>>()
+    });
+    assert_eq!(hashes, [wanted; 24]);
     // Built there, too.
     assert_eq!(threads.install(|| ran(on(Some(&pool), 3))), wanted);
 }

@@ -261,7 +261,9 @@ impl<T: Real> TriangleContact<T> {
             if bodies.clone().any(|body| body == Some(NO_BODY)) {
                 continue;
             }
-            let Some(first) = bodies.clone().flatten().next() else { continue };
+            // One that rests has no system to be done with.
+            let awake = bodies.clone().flatten().find(|&body| !worker.resting.has(body as usize));
+            let Some(first) = awake.or_else(|| bodies.clone().flatten().next()) else { continue };
             one.body = first;
             for other in bodies.map(|body| body.unwrap_or(NO_BODY)).filter(|&body| body != first) {
                 if links.last() != Some(&[first, other]) {
