@@ -3,6 +3,7 @@
 
 mod rapier;
 mod sheet;
+mod swing;
 mod xpbd;
 
 use serde_json::{Value, json};
@@ -59,7 +60,11 @@ fn main() -> ExitCode {
 fn run() -> Result<(), String> {
     let mut out = None;
     let mut sides = vec![32, 64, 96, 256];
-    let mut words = std::env::args().skip(1);
+    let all: Vec<String> = std::env::args().skip(1).collect();
+    if all.first().is_some_and(|word| word == "swing") {
+        return swing::run(&all[1..]);
+    }
+    let mut words = all.into_iter();
     while let Some(word) = words.next() {
         let value = words.next().ok_or(USAGE)?;
         match word.as_str() {
