@@ -7,7 +7,7 @@ use taffeta::scene::{
     Air, Body, Collider, ConstraintForm, Icosphere, Keyframe, Mass, Material, Mesh, Method, Rotation, Scene,
     Select, Sleep, Volume, World,
 };
-use taffeta::{InputError, Options, Pose, Precision, Simulation, Snapshot, StepError};
+use taffeta::{InputError, OnDivergence, Options, Pose, Precision, Simulation, Snapshot, StepError};
 
 /// Most calls of a sequence.
 const MOST: usize = 48;
@@ -246,7 +246,9 @@ pub fn calls(input: &[u8]) -> bool {
     scene.sleep = (bytes.below(2) == 0).then_some(Sleep { speed: 0.3, after: 0.03 });
     let scene = scene;
     let precision = if bytes.below(2) == 0 { Precision::F32 } else { Precision::F64 };
-    let options = Options { threads: Some(1 + usize::from(bytes.below(2))), precision, ..Options::default() };
+    let on_divergence = if bytes.below(2) == 0 { OnDivergence::Freeze } else { OnDivergence::Stop };
+    let threads = Some(1 + usize::from(bytes.below(2)));
+    let options = Options { threads, precision, on_divergence, ..Options::default() };
     let build = || Simulation::new(&scene, &options).expect("the scene runs");
     let mut simulation = build();
     let mut saved: Option<(Snapshot, Vec<Call>)> = None;

@@ -381,6 +381,8 @@ impl Simulation {
     /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`. An amplitude that is
     /// no number moves none, and one beyond 10⁶ m moves them so far.
     pub fn disturb(&mut self, amplitude: f64, seed: u64) {
+        // Frames under way are looked at first: what has blown up is no start. It says so in the next step.
+        let _ = self.poll();
         self.rouse_all();
         let amplitude =
             if amplitude.is_nan() { 0.0 } else { amplitude.clamp(-LARGEST_LENGTH, LARGEST_LENGTH) };
