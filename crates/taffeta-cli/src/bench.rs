@@ -23,6 +23,7 @@ use clap::builder::TypedValueParser as _;
 use form::Form;
 use line::Line;
 use measure::Bench;
+use serde::Serialize;
 use std::path::PathBuf;
 use taffeta::scene::VolumeForm;
 use taffeta::{GpuKernels, GpuOptions};
@@ -166,8 +167,13 @@ fn run_fabric(args: &Args) -> Result<(), Failure> {
 }
 
 fn print(line: &Line, args: &Args) -> Result<(), Failure> {
+    say(line, || line.table(), args)
+}
+
+/// Prints a line of any bench, for people and as JSON.
+fn say(line: &impl Serialize, table: impl FnOnce() -> String, args: &Args) -> Result<(), Failure> {
     if !args.json {
-        console::say(&line.table())?;
+        console::say(&table())?;
     }
     let text = serde_json::to_string(line).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
     console::say(&text)

@@ -139,6 +139,9 @@ pub struct View {
     pub normals: [[f32; 3]; 3],
 }
 
+/// Frames in which the nodes of a body were held before all that is kept of it stays as it is: with two there are two sub-steps.
+pub const SETTLING: u32 = 2;
+
 /// How a body moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMotion {

@@ -1,9 +1,8 @@
 //! The bench beside other programs: several threads and one, while other threads that only count take the cores.
 
-use super::Args;
 use super::measure::Bench;
+use super::{Args, say};
 use super::{contact, ice, scenes};
-use crate::console;
 use crate::run::{Backend, at_once};
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,12 +61,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 seconds_together,
                 together_by_alone,
             };
-            if !args.json {
-                console::say(&line.table())?;
-            }
-            console::say(
-                &serde_json::to_string(&line).map_err(|error| Failure::Work(format!("JSON: {error}")))?,
-            )?;
+            say(&line, || line.table(), args)?;
         }
     }
     Ok(())

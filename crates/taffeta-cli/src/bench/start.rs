@@ -1,8 +1,7 @@
 //! The bench on the start: how long it takes to build a scene.
 
-use super::Args;
 use super::line::Spread;
-use crate::console;
+use super::{Args, say};
 use crate::run::{Backend, at_once, median};
 use serde::Serialize;
 use std::time::Instant;
@@ -57,12 +56,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let largest = build(&scene, args, true)?.0.largest_stable_step_folded();
         for share in SHARES {
             let line = measure(case, &scene.clone().time(1.0 / 60.0, share * largest), share, args)?;
-            if !args.json {
-                console::say(&line.table())?;
-            }
-            console::say(
-                &serde_json::to_string(&line).map_err(|error| Failure::Work(format!("JSON: {error}")))?,
-            )?;
+            say(&line, || line.table(), args)?;
         }
     }
     Ok(())

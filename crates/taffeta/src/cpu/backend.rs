@@ -149,7 +149,7 @@ impl<T: Real> CpuBackend<T> {
 
     /// Leaves out bodies that rest, of which each buffer of the state has the same.
     fn begin_resting(&mut self) {
-        self.resting.begin(self.features.iter().all(|feature| feature.lets_rest()));
+        self.resting.leave_out(self.features.iter().all(|feature| feature.lets_rest()));
         for buffer in self.resting.unwritten(self.turn) {
             let Ok([from, to]) = self.states.get_disjoint_mut([self.turn.now, buffer]) else { continue };
             for (number, body) in self.assembly.bodies.iter().enumerate() {

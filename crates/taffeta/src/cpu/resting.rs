@@ -1,10 +1,8 @@
 //! Bodies that rest: all of their nodes are held and none is moved, so that nothing of them is computed.
 
+use crate::backend::SETTLING;
 use crate::cpu::states::Turn;
 use std::ops::Range;
-
-/// Frames in which the nodes of a body were held before what features keep of it is what it stays: with two there are two sub-steps.
-const SETTLING: u32 = 2;
 
 /// Which bodies rest, and which buffers of the state have them as they are.
 #[derive(Default)]
@@ -56,12 +54,8 @@ impl Resting {
         self.leave_out(false);
     }
 
-    /// A frame begins, which leaves out what it can if it may.
-    pub fn begin(&mut self, may: bool) {
-        self.leave_out(may);
-    }
-
-    fn leave_out(&mut self, may: bool) {
+    /// From a frame that begins on, leaves out what it can if it may.
+    pub fn leave_out(&mut self, may: bool) {
         let is_out = |(&wanted, &held): (&bool, &u32)| may && wanted && held >= SETTLING;
         let now: Vec<bool> = self.wanted.iter().zip(&self.held).map(is_out).collect();
         if now != self.left_out {
@@ -122,11 +116,11 @@ mod tests {
         let mut resting = Resting::new(3);
         resting.want(&[false, true, false]);
         for _ in 0..SETTLING {
-            resting.begin(true);
+            resting.leave_out(true);
             assert!(!resting.any());
             resting.end();
         }
-        resting.begin(true);
+        resting.leave_out(true);
         resting
     }
 
@@ -134,12 +128,12 @@ mod tests {
     fn a_body_is_left_out_once_all_of_it_was_computed_with_held_nodes() {
         let mut resting = resting();
         assert_eq!([0, 1, 2].map(|body| resting.has(body)), [false, true, false]);
-        resting.begin(false);
+        resting.leave_out(false);
         assert!(!resting.any());
-        resting.begin(true);
+        resting.leave_out(true);
         assert!(resting.has(1));
         resting.forget(1);
-        resting.begin(true);
+        resting.leave_out(true);
         assert!(!resting.any());
     }
 
@@ -153,7 +147,7 @@ mod tests {
         resting.forget_all();
         assert!(resting.unwritten(turn).is_empty(), "nothing is left out");
         (0..SETTLING).for_each(|_| resting.end());
-        resting.begin(true);
+        resting.leave_out(true);
         // The good buffer is not written to before another one is good.
         assert_eq!(resting.unwritten(turn), [2]);
         turn.pass();

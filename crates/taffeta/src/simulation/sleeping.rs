@@ -2,16 +2,13 @@
 //! velocities and the scene alone, so that every backend decides the same.
 
 use super::seen::distance_of;
-use crate::backend::{BodyMotion, FrameInput, Lost};
+use crate::backend::{BodyMotion, FrameInput, Lost, SETTLING};
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::scene::Sleep;
 use crate::simulation::{BodyHandle, InputError, Simulation};
 use crate::topology::sets::Sets;
 use std::collections::BTreeSet;
-
-/// Frames in which all nodes of a scene were held before nothing of it changes, and no further frame is run.
-const SETTLING: u32 = 2;
 
 /// Who sleeps, and who is about to.
 #[derive(Clone, Default)]
@@ -246,9 +243,9 @@ impl Simulation {
             *most = most.max(way);
         };
         input.moves.iter().for_each(|&(node, from, to)| note(node, [from, to]));
-        let moves: Vec<bool> = assembly.tracks().iter().map(|track| track.moves_over(span)).collect();
-        for pin in assembly.moving_pins().iter().filter(|pin| moves[pin.track as usize]) {
-            note(pin.node, span.map(|t| assembly.tracks()[pin.track as usize].pose(t).apply(pin.start)));
+        let poses: Vec<_> = assembly.tracks().iter().map(|track| span.map(|t| track.pose(t))).collect();
+        for pin in assembly.moving_pins() {
+            note(pin.node, poses[pin.track as usize].map(|pose| pose.apply(pin.start)));
         }
         ways
     }
@@ -288,12 +285,12 @@ impl Simulation {
         for piece in times.windows(2) {
             let (from, to) = (piece[0], piece[1]);
             let (now, surfaces) = self.colliders_after([from, to]);
+            let corners = |index: &usize| deforms[*index].then(|| [from, to].map(|t| all[*index].corners(t)));
+            let corners: Vec<_> = moving.iter().map(corners).collect();
             for (body, stirred) in stirred.iter_mut().enumerate().filter(|(_, stirred)| !**stirred) {
-                *stirred = moving.iter().any(|&index| {
-                    if deforms[index] {
-                        return self.is_near_corners(body, &[from, to].map(|t| all[index].corners(t)));
-                    }
-                    self.is_near(body, &now[index], surfaces, to - from)
+                *stirred = moving.iter().zip(&corners).any(|(&index, corners)| match corners {
+                    Some(corners) => self.is_near_corners(body, corners),
+                    None => self.is_near(body, &now[index], surfaces, to - from),
                 });
             }
         }

@@ -280,7 +280,7 @@ fn all_kinds(method: Method, form: ConstraintForm, fabric: bool) -> Scene {
 }
 
 /// A simulation that takes up its own state again before each frame never leaves anything out.
-fn step_anew(simulation: &mut Simulation) {
+fn step_restored(simulation: &mut Simulation) {
     let now = simulation.snapshot();
     simulation.restore(&now).unwrap();
     simulation.step().unwrap();
@@ -300,11 +300,11 @@ fn what_is_left_out_of_bodies_that_sleep_changes_no_bit_of_anything() {
         let scene = all_kinds(method, form, fabric);
         let options = |threads| Options { threads: Some(threads), ..Options::default() };
         let [mut one, mut three] = [1, 3].map(|threads| build(&scene, options(threads)));
-        let mut anew = build(&scene, options(1));
+        let mut restored = build(&scene, options(1));
         let mut most = 0;
         for frame in 1..=frames {
             if frame == pushed {
-                for simulation in [&mut one, &mut three, &mut anew] {
+                for simulation in [&mut one, &mut three, &mut restored] {
                     let hinged = simulation.body("hinged").unwrap();
                     simulation.apply_force(hinged, 41, [0.0, 0.0, 0.05]).unwrap();
                 }
@@ -313,12 +313,12 @@ fn what_is_left_out_of_bodies_that_sleep_changes_no_bit_of_anything() {
             three.step().unwrap();
             // The force to come is not part of a snapshot.
             if frame == pushed {
-                anew.step().map(drop).unwrap()
+                restored.step().map(drop).unwrap()
             } else {
-                step_anew(&mut anew)
+                step_restored(&mut restored)
             }
             most = most.max(one.report().asleep);
-            for (other, what) in [(&three, "three threads"), (&anew, "nothing left out")] {
+            for (other, what) in [(&three, "three threads"), (&restored, "nothing left out")] {
                 assert_eq!(
                     one.state_hash(),
                     other.state_hash(),
@@ -516,24 +516,24 @@ fn a_contact_with_a_sleeper_that_was_not_seen_coming_is_the_same_with_all_left_i
     scene =
         scene.body(collide(curtain("sleeps", [0.0; 3]))).body(collide(curtain("thrown", [0.0, 0.0, 0.4])));
     let options = Options { threads: Some(1), ..Options::default() };
-    let [mut one, mut anew] = [(); 2].map(|()| build(&scene, options.clone()));
+    let [mut one, mut restored] = [(); 2].map(|()| build(&scene, options.clone()));
     let mut touched = false;
     for frame in 1..200 {
         if frame > 120 && frame % 20 == 0 {
-            for simulation in [&mut one, &mut anew] {
+            for simulation in [&mut one, &mut restored] {
                 let thrown = simulation.body("thrown").unwrap();
                 for vertex in 35..42 {
                     simulation.apply_force(thrown, vertex, [0.0, 0.0, -2.0]).unwrap();
                 }
             }
             one.step().unwrap();
-            anew.step().unwrap();
+            restored.step().unwrap();
         } else {
             one.step().unwrap();
-            step_anew(&mut anew);
+            step_restored(&mut restored);
         }
         touched |= one.report().pairs > 0 && is_asleep(&one, "sleeps");
-        assert_eq!(one.state_hash(), anew.state_hash(), "frame {frame}");
+        assert_eq!(one.state_hash(), restored.state_hash(), "frame {frame}");
     }
     assert!(touched, "it was touched in its sleep");
 }
