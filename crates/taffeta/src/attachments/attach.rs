@@ -53,27 +53,146 @@ pub fn length<T: Real>(start: T, end: T, fraction: T) -> T {
 /// Position [m] and velocity [m/s].
 pub type PointState<T> = ([T; 3], [T; 3]);
 
-/// Whether a node at `x` [m] is inside the sphere of radius `length` [m] around its anchor at `at` [m].
-#[inline(always)]
-pub fn is_within<T: Real>(x: [T; 3], at: [T; 3], length: T) -> bool {
-    let d = sub(x, at);
-    dot(d, d) <= length * length
+/// The ball around an anchor that a tether keeps its node in: center and radius [m]. An infinite one holds nothing.
+pub type Ball<T> = ([T; 3], T);
+
+/// The radius of a tether's ball in numbers of this precision. Between two pins as far apart as the cloth is wide both balls just touch, and
+/// rounding would decide where a node is; a hundred times that much room is as little as is smooth.
+pub fn radius<T: Real>(length: f64) -> T {
+    T::from_f64(length * (1.0 + 100.0 * T::EPSILON.to_f64()))
 }
 
-/// Projects a node at `x` [m] onto the sphere of radius `length` [m] around its anchor at `at` [m]. Returns the new
-/// position and the translation. `None` if it is inside.
+/// By how much the squared distance of a node at `x` [m] is beyond a ball [m²]. At most 0: it is inside.
 #[inline(always)]
-pub fn project_to_sphere<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<PointState<T>> {
-    let d = sub(x, at);
-    let squared = dot(d, d);
-    if squared > length * length {
-        let distance = squared.sqrt();
-        let outward = [d[0] / distance, d[1] / distance, d[2] / distance];
-        // This sum keeps the digits that a difference of positions would lose.
-        Some((add(at, scale(outward, length)), scale(outward, length - distance)))
-    } else {
-        None
+pub fn excess<T: Real>(x: [T; 3], (center, radius): Ball<T>) -> T {
+    let d = sub(x, center);
+    dot(d, d) - radius * radius
+}
+
+/// The same beyond what rounding may have done.
+#[inline(always)]
+pub fn sure_excess<T: Real>(x: [T; 3], (center, radius): Ball<T>) -> T {
+    let (d, room) = (sub(x, center), T::from_f64(8.0) * T::EPSILON * (radius + size(x)));
+    dot(d, d) - radius * (radius + room)
+}
+
+/// Sum of the absolute coordinates, by which rounding grows.
+#[inline(always)]
+fn size<T: Real>(x: [T; 3]) -> T {
+    x[0].abs() + x[1].abs() + x[2].abs()
+}
+
+/// Projects a node at `x` [m] onto the surface of a ball, whose center it is not at. Returns the new position and the translation.
+#[inline(always)]
+pub fn project_to_sphere<T: Real>(x: [T; 3], (center, radius): Ball<T>) -> ([T; 3], [T; 3]) {
+    let d = sub(x, center);
+    let ratio = radius / dot(d, d).sqrt();
+    // This sum keeps the digits that a difference of positions would lose.
+    (add(center, scale(d, ratio)), scale(d, ratio - T::ONE))
+}
+
+/// Projects a node at `x` [m] onto the circle in which the surfaces of two balls meet, which it is farther out than. Returns the new position
+/// and the translation. Balls that do not meet have a point between them in place of the circle.
+#[inline(always)]
+pub fn project_to_circle<T: Real>(x: [T; 3], (a, r): Ball<T>, (b, s): Ball<T>) -> ([T; 3], [T; 3]) {
+    let (d, axis) = (sub(x, a), sub(b, a));
+    let squared = dot(axis, axis);
+    // Where on the axis the circle's plane and the node are: 0 is a, 1 is b.
+    let plane = ((r - s) * (r + s) / squared + T::ONE) * T::from_f64(0.5);
+    let along = dot(d, axis) / squared;
+    let across = sub(d, scale(axis, along));
+    let distance = dot(across, across).sqrt();
+    let radius = r * r - plane * plane * squared;
+    let radius = (if radius > T::ZERO { radius } else { T::ZERO }).sqrt();
+    // Only rounding would lead away from the axis.
+    let ratio = if distance > radius { radius / distance } else { T::ONE };
+    let position = add(add(a, scale(axis, plane)), scale(across, ratio));
+    (position, add(scale(axis, plane - along), scale(across, ratio - T::ONE)))
+}
+
+/// A node that its tethers have moved: its position, the translation [m], and 1 for each tether that is taut, else 0.
+pub type HeldBack<T, const N: usize> = ([T; 3], [T; 3], [T; N]);
+
+/// Moves a node at `x` [m] to the nearest point of two balls: of the one that it exceeds most, or of the other, or where both surfaces meet.
+/// It has no branches, so that a loop over nodes becomes vector instructions.
+#[inline(always)]
+pub fn project_to_two<T: Real>(x: [T; 3], (p, p_radius): Ball<T>, (q, q_radius): Ball<T>) -> HeldBack<T, 2> {
+    let (of_p, of_q) = (excess(x, (p, p_radius)), excess(x, (q, q_radius)));
+    let is_q = of_q > of_p;
+    let pick = |p: T, q: T| if is_q { q } else { p };
+    let (a, r) = ([0, 1, 2].map(|axis| pick(p[axis], q[axis])), pick(p_radius, q_radius));
+    let (b, s) = ([0, 1, 2].map(|axis| pick(q[axis], p[axis])), pick(q_radius, p_radius));
+    let (at_first, by_first) = project_to_sphere(x, (a, r));
+    let (at_second, by_second) = project_to_sphere(x, (b, s));
+    let (on_circle, by_both) = project_to_circle(x, (a, r), (b, s));
+    let acts = pick(of_p, of_q) > T::ZERO;
+    // Of balls around nearly the same point, one is as good as both, and the circle is anywhere.
+    let (apart, blur) = (sub(b, a), T::from_f64(1000.0) * T::EPSILON * (r + size(x)));
+    let alone = (sure_excess(at_first, (b, s)) <= T::ZERO) | (dot(apart, apart) <= blur * blur);
+    // A node within the second needs both.
+    let needs_both = (sure_excess(at_second, (a, r)) > T::ZERO) | (pick(of_q, of_p) <= T::ZERO);
+    let choose = |none: T, first: T, second: T, both: T| {
+        let of_two = if needs_both { both } else { second };
+        let of_all = if alone { first } else { of_two };
+        if acts { of_all } else { none }
+    };
+    let (mut position, mut shift) = (x, x);
+    for axis in 0..3 {
+        position[axis] = choose(x[axis], at_first[axis], at_second[axis], on_circle[axis]);
+        shift[axis] = choose(T::ZERO, by_first[axis], by_second[axis], by_both[axis]);
     }
+    let of_first = choose(T::ZERO, T::ONE, T::ZERO, T::ONE);
+    let of_second = choose(T::ZERO, T::ZERO, T::ONE, T::ONE);
+    (position, shift, [pick(of_first, of_second), pick(of_second, of_first)])
+}
+
+/// Moves a node into one ball after the other, each once. Returns 1 if it was outside any, else 0.
+#[inline(always)]
+pub fn project_in_turn<T: Real, const N: usize>(node: &mut HeldBack<T, N>, balls: &[Ball<T>; N]) -> T {
+    let (x, shift, taut) = node;
+    let mut moved = T::ZERO;
+    for tether in 0..N {
+        let (position, by) = project_to_sphere(*x, balls[tether]);
+        let is_out = excess(*x, balls[tether]) > T::ZERO;
+        for axis in 0..3 {
+            x[axis] = if is_out { position[axis] } else { x[axis] };
+            shift[axis] = if is_out { shift[axis] + by[axis] } else { shift[axis] };
+        }
+        taut[tether] = if is_out { T::ONE } else { taut[tether] };
+        moved = if is_out { T::ONE } else { moved };
+    }
+    moved
+}
+
+/// The velocity [m/s] of a node that tethers have moved in a sub-step of `h` [s]. Before, it had the velocity `v`; `balls` have the velocities
+/// `with` [m/s].
+#[inline(always)]
+pub fn held_velocity<T: Real, const N: usize>(
+    v: [T; 3],
+    (x, shift, taut): &HeldBack<T, N>,
+    balls: &[Ball<T>; N],
+    with: &[[T; 3]; N],
+    h: T,
+) -> [T; 3] {
+    let (mut sum, mut count) = ([T::ZERO; 3], T::ZERO);
+    for tether in 0..N {
+        for axis in 0..3 {
+            sum[axis] = if taut[tether] > T::ZERO { sum[axis] + with[tether][axis] } else { sum[axis] };
+        }
+        count += taut[tether];
+    }
+    let along = [sum[0] / count, sum[1] / count, sum[2] / count];
+    let mut after = without_lost_motion(v, *shift, along, h);
+    for tether in 0..N {
+        let kept = without_stretching(after, sub(*x, balls[tether].0), with[tether]);
+        for axis in 0..3 {
+            after[axis] = if taut[tether] > T::ZERO { kept[axis] } else { after[axis] };
+        }
+    }
+    for axis in 0..3 {
+        after[axis] = if count > T::ZERO { after[axis] } else { v[axis] };
+    }
+    after
 }
 
 /// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]. It loses the part
@@ -82,12 +201,9 @@ pub fn project_to_sphere<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<Po
 #[inline(always)]
 pub fn without_lost_motion<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T) -> [T; 3] {
     let (against, squared) = (dot(shift, sub(with, v)), dot(shift, shift));
-    if against > T::ZERO && squared > T::ZERO {
-        let (whole, all) = (against / squared, T::ONE / h);
-        add(v, scale(shift, if whole < all { whole } else { all }))
-    } else {
-        v
-    }
+    let (whole, all) = (against / squared, T::ONE / h);
+    let part = if whole < all { whole } else { all };
+    add(v, scale(shift, if (against > T::ZERO) & (squared > T::ZERO) { part } else { T::ZERO }))
 }
 
 /// The velocity [m/s] of a node on a taut tether, `d` [m] from its anchor, which has the velocity `with` [m/s]. The
@@ -95,10 +211,11 @@ pub fn without_lost_motion<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T
 #[inline(always)]
 pub fn without_stretching<T: Real>(v: [T; 3], d: [T; 3], with: [T; 3]) -> [T; 3] {
     let (speed, squared) = (dot(sub(v, with), d), dot(d, d));
-    if speed > T::ZERO && squared > T::ZERO { sub(v, scale(d, speed / squared)) } else { v }
+    let part = speed / squared;
+    sub(v, scale(d, if (speed > T::ZERO) & (squared > T::ZERO) { part } else { T::ZERO }))
 }
 
-/// Most rounds over the tethers of a node in a sub-step: one tether may move it out of the reach of another.
+/// Most rounds over the tethers of a node with more than two: one may move it out of the reach of another.
 pub const ROUNDS: usize = 8;
 
 #[cfg(test)]
@@ -151,11 +268,63 @@ mod tests {
     #[test]
     fn a_node_is_put_back_on_its_sphere() {
         let at = [1.0, 0.0, 0.0];
-        assert_eq!(project_to_sphere([1.0, 3.0, 0.0], at, 2.0), Some(([1.0, 2.0, 0.0], [0.0, -1.0, 0.0])));
-        assert_eq!(project_to_sphere([1.0, 2.0, 0.0], at, 2.0), None);
-        let (far, shift) = project_to_sphere([3.0, 4.0, -7.0], at, 0.5).unwrap();
+        assert_eq!(project_to_sphere([1.0, 4.0, 0.0], (at, 2.0)), ([1.0, 2.0, 0.0], [0.0, -2.0, 0.0]));
+        let (far, shift) = project_to_sphere([3.0, 4.0, -7.0], (at, 0.5));
         assert!((norm(sub(far, at)) - 0.5_f64).abs() < 1e-15);
         assert!(norm(sub(add([3.0, 4.0, -7.0], shift), far)) < 1e-14);
+    }
+
+    #[test]
+    fn a_node_is_put_on_the_circle_where_two_spheres_meet() {
+        let (a, b) = ([0.2, -0.1, 0.3], [1.1, 0.4, -0.2]);
+        for (n, [r, s]) in (0..).zip([[1.0, 0.7], [0.4, 1.1], [0.9, 0.9]]) {
+            let x = [2.0 - f64::from(n), 1.5, 1.0 + f64::from(n)];
+            let (at, shift) = project_to_circle(x, (a, r), (b, s));
+            assert!((norm(sub(at, a)) - r).abs() < 1e-14 && (norm(sub(at, b)) - s).abs() < 1e-14, "{at:?}");
+            assert!(norm(sub(add(x, shift), at)) < 1e-14);
+            // Nearest: what is left lies in the plane of both normals.
+            let normal = crate::real::cross(sub(at, a), sub(at, b));
+            assert!(dot(shift, normal).abs() < 1e-14, "{shift:?}");
+        }
+    }
+
+    #[test]
+    fn spheres_that_do_not_meet_have_a_point_between_them() {
+        let project = |x, radius| project_to_circle(x, ([0.0; 3], radius), ([3.0, 0.0, 0.0], radius));
+        assert_eq!(project([1.0, 2.0, 0.0], 1.0), ([1.5, 0.0, 0.0], [0.5, -2.0, 0.0]));
+        // A node on the axis has no direction away from it.
+        assert_eq!(project([4.0, 0.0, 0.0], 2.0), ([1.5, 0.0, 0.0], [-2.5, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn pins_at_one_place_far_out_hold_as_one() {
+        // In 32 bits both balls differ by rounding alone, which is a thousandth of a millimetre there.
+        for n in 0..3000_u16 {
+            let at = [10.0_f32 + f32::from(n % 53) / 7.0, -20.0 + f32::from(n % 31) / 3.0, 5.0];
+            let other = [at[0] + if n % 3 == 0 { 2e-6 } else { 0.0 }, at[1], at[2]];
+            let length = radius::<f32>(0.3 + f64::from(n % 97) / 140.0);
+            let x = [at[0] + 0.5 + f32::from(n % 11) / 20.0, at[1] - 1.0 - f32::from(n % 7), at[2] + 0.3];
+            let (there, shift, _) = project_to_two(x, (at, length), (other, length));
+            let alone = project_to_sphere(x, (at, length)).0;
+            assert!(norm(sub(there, alone)) < 2e-5, "{n}: {there:?} for {alone:?}");
+            assert!(norm(shift).is_finite());
+        }
+    }
+
+    #[test]
+    fn a_taut_row_between_pins_that_move_stays_smooth() {
+        // Two pins as far apart as the row is long move at 1 m/s; gravity pulls at its middle.
+        let (h, mut before) = (5e-4_f32, None);
+        let half = radius::<f32>(0.5);
+        for step in 0..4000_u16 {
+            let x = h * f32::from(step) - 1.5;
+            let node = before.map_or([x + 0.5, 0.0, 0.0], |[_, y, z]: [f32; 3]| [x + 0.5, y - 2.5e-6, z]);
+            let (there, ..) = project_to_two(node, ([x, 0.0, 0.0], half), ([x + 1.0, 0.0, 0.0], half));
+            let jump = before.map_or(0.0, |[_, y, _]| there[1] - y);
+            // √ε of the length, 3e-4 m, without the room of `radius`.
+            assert!(jump < 1e-4 && there[1] > -4e-3, "{step}: {there:?} by {jump}");
+            before = Some(there);
+        }
     }
 
     #[test]

@@ -259,13 +259,15 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
             "need nodes that are pinned for good, and the body has none; a pin would do, or leave them out";
         return Err(SceneError::new("tethers", message));
     }
-    let geodesic_paths = tethers::geodesic_paths(&built.surface_pieces(), &held);
+    let mut paths = tethers::geodesic_paths(&built.surface_pieces(), &held);
+    // By anchor, so that the tethers of neighbours that have the same number mostly have the same anchor.
+    paths.sort_by_key(|path| (path.node, path.anchor));
     let tether = |way: tethers::GeodesicPath| Tether {
         node: (built.first + way.node as usize) as u32,
         anchor: (built.first + way.anchor as usize) as u32,
         length: way.length * (1.0 + wish.slack),
     };
-    Ok(geodesic_paths.into_iter().map(tether).collect())
+    Ok(paths.into_iter().map(tether).collect())
 }
 
 impl BodyAssembly {

@@ -22,7 +22,7 @@ pub struct Attachments {
     pub held: Vec<usize>,
     /// The points of breakable pins.
     pub points: Vec<Point>,
-    /// Tethers, ascending by node, the shortest of a node first.
+    /// Tethers, ascending by node, then by anchor.
     pub tethers: Vec<Tether>,
     /// Nodes with joints or tethers, ascending by solver index.
     pub nodes: Vec<u32>,

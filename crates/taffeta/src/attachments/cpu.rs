@@ -3,10 +3,10 @@
 //! Each node gathers its own. Both ends of a joint compute the same correction from the same numbers, and both decide
 //! alike whether it breaks.
 
-use crate::attachments::attach::{self, JointCorrection, PointState, ROUNDS};
-use crate::attachments::constraints::{IS_POINT, JointConstraint};
+use crate::attachments::attach::{self, JointCorrection, PointState};
+use crate::attachments::constraints::{Attachments as Constraints, IS_POINT, JointConstraint};
+use crate::attachments::cpu_tethers::{Anchor, HoldBack, MovedSlice, TetherSlice, hold_back};
 use crate::attachments::joints::{self, GroupJoint};
-use crate::attachments::tethers::MAX_TETHERS;
 use crate::backend::SolverState;
 use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::backend::Context;
@@ -18,7 +18,7 @@ use crate::motion::pins::Motion;
 use crate::real::{Real, add, scale, sub};
 use crate::report::FrameSums;
 use crate::step::Op;
-use crate::topology::Csr;
+use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
 /// Joints and tethers.
@@ -29,8 +29,11 @@ pub struct Attachments<T> {
     joints_of: Csr,
     /// Tethers of each of them.
     tethers_of: Csr,
-    /// Those of them in each tile.
+    /// Those of them in each tile that have joints.
     of_tile: Csr,
+    /// Those that have none, tile by tile, and where the slices of each tile begin.
+    slices: Vec<TetherSlice<T>>,
+    slices_of: Vec<usize>,
     joints: Vec<Joint<T>>,
     materials: Vec<JointMaterial<T>>,
     /// Where points start [m], and the track that they follow, if any.
@@ -65,13 +68,20 @@ struct JointMaterial<T> {
     break_force: T,
 }
 
+/// A node that is moved, with its position and velocity afterwards.
+type Response<T> = (u32, [T; 6]);
+
 /// The scratch memory of a worker.
 #[derive(Default)]
 pub struct AttachScratch<T> {
-    /// Nodes that are moved, tile by tile, with their position and velocity afterwards.
-    responses: Vec<(u32, [T; 6])>,
-    /// Where the responses of each tile end.
-    ends: Vec<usize>,
+    /// Nodes with joints that are moved, tile by tile, with their position and velocity afterwards.
+    responses: Vec<Response<T>>,
+    /// Slices of nodes without joints that their tethers hold back.
+    held_back: Vec<MovedSlice<T>>,
+    /// Where the responses and the slices of each tile end.
+    ends: Vec<[usize; 2]>,
+    /// The anchors of a node.
+    anchors: Vec<Anchor<T>>,
     /// Joints that break, each once.
     broken: Vec<u32>,
     /// Which groups have been solved, and the correction of each of their joints.
@@ -95,11 +105,15 @@ impl<T: Real> Attachments<T> {
             let [start, end] = [run.start, run.end].map(|at| nodes.partition_point(|&n| (n as usize) < at));
             start as u32..end as u32
         };
-        let of_tile: Vec<(u32, u32)> = (0..)
+        let (with_joints, others): (Vec<_>, Vec<_>) = (0..)
             .zip(tiles)
             .flat_map(|(tile, plan)| plan.runs().map(move |(_, run)| (tile, run)))
             .flat_map(|(tile, run)| within(run).map(move |number| (tile, number)))
-            .collect();
+            .partition(|(_, number)| !all.joints_of.row(*number as usize).is_empty());
+        let others = Csr::new(tiles.len(), others.into_iter());
+        let tethers: Vec<(u32, T)> =
+            all.tethers.iter().map(|one| (one.anchor, attach::radius(one.length))).collect();
+        let (slices, slices_of) = slices(all, &others, &tethers);
         let number = |end: u32, other: u32| {
             let node = if end & IS_POINT == 0 { end } else { other };
             nodes.binary_search(&node).unwrap_or_default() as u32
@@ -119,7 +133,9 @@ impl<T: Real> Attachments<T> {
             material,
         };
         Some(Self {
-            of_tile: Csr::new(tiles.len(), of_tile.into_iter()),
+            of_tile: Csr::new(tiles.len(), with_joints.into_iter()),
+            slices,
+            slices_of,
             joints: all.joints.iter().zip(&group_of).map(joint).collect(),
             materials: (all.materials.iter())
                 .map(|material| JointMaterial {
@@ -129,7 +145,7 @@ impl<T: Real> Attachments<T> {
                 })
                 .collect(),
             points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
-            tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
+            tethers,
             groups: all.groups.clone(),
             breaks: all.breaks(),
             broken: vec![false; all.joints.len()].into(),
@@ -139,6 +155,31 @@ impl<T: Real> Attachments<T> {
             nodes,
         })
     }
+}
+
+/// The nodes without joints of each tile by sixteen, and where those of each tile begin.
+fn slices<T: Real>(
+    all: &Constraints,
+    of_tile: &Csr,
+    tethers: &[(u32, T)],
+) -> (Vec<TetherSlice<T>>, Vec<usize>) {
+    let mut slices = Vec::new();
+    let mut starts = vec![0];
+    for tile in 0..of_tile.rows() {
+        for numbers in of_tile.row(tile).chunks(LANES) {
+            // Tethers are sorted by node.
+            let of = |number: u32| match all.tethers_of.row(number as usize) {
+                [first, .., last] => &tethers[*first as usize..=*last as usize],
+                [only] => std::slice::from_ref(&tethers[*only as usize]),
+                [] => &[],
+            };
+            let nodes: Vec<_> =
+                numbers.iter().map(|&number| (all.nodes[number as usize], of(number))).collect();
+            slices.push(TetherSlice::new(&nodes));
+        }
+        starts.push(slices.len());
+    }
+    (slices, starts)
 }
 
 impl<T: Real> Feature<T> for Attachments<T> {
@@ -155,14 +196,18 @@ impl<T: Real> Feature<T> for Attachments<T> {
         worker.synchronise();
         attach.note_broken();
         let scratch = &attach.scratch;
-        worker.mark_moved(|tile| !scratch.responses(tile - worker.tiles.start).is_empty());
+        worker.mark_moved(|tile| {
+            let (responses, held_back) = scratch.of_tile(tile - worker.tiles.start);
+            !responses.is_empty() || !held_back.is_empty()
+        });
         Flow::Go
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         // SAFETY: as in `run`.
-        let responses = unsafe { self.scratch.of(tile.worker) }.responses(tile.number);
-        tile.move_nodes(responses.iter().map(|(node, state)| (*node as usize, state)));
+        let (responses, held_back) = unsafe { self.scratch.of(tile.worker) }.of_tile(tile.number);
+        tile.move_nodes(responses.iter().map(|&(node, state)| (node as usize, state)));
+        held_back.iter().for_each(|held| held.apply(&self.slices, tile));
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
@@ -186,15 +231,18 @@ impl<T: Real> Feature<T> for Attachments<T> {
         let lists = [&self.joints_of, &self.tethers_of, &self.of_tile, &self.groups];
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
-        4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
+        let slices: usize = self.slices.iter().map(TetherSlice::bytes).sum();
+        4 * (words + self.nodes.len()) + joints + slices + size_of_val(&self.points[..])
     }
 }
 
 impl<T: Real> AttachScratch<T> {
-    /// Nodes of the worker's tile number `tile` that are moved, with their position and velocity afterwards.
-    pub fn responses(&self, tile: usize) -> &[(u32, [T; 6])] {
-        let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.responses[start..self.ends[tile]]
+    /// Nodes of the worker's tile number `tile` that are moved: those with joints, with their position and velocity afterwards, and
+    /// slices of others.
+    pub fn of_tile(&self, tile: usize) -> (&[Response<T>], &[MovedSlice<T>]) {
+        let start = tile.checked_sub(1).map_or([0; 2], |before| self.ends[before]);
+        let end = self.ends[tile];
+        (&self.responses[start[0]..end[0]], &self.held_back[start[1]..end[1]])
     }
 }
 
@@ -229,8 +277,10 @@ impl<T: Real> AttachWorker<'_, '_, T> {
             let state = self.worker.next().each_ref().map(|column| column.read());
             Found { state, broken: self.setup.broken.read() }
         };
-        let AttachScratch { responses, ends, broken, solved, corrections, sums, .. } = &mut *self.scratch;
+        let AttachScratch { responses, held_back, ends, broken, solved, corrections, sums, .. } =
+            &mut *self.scratch;
         responses.clear();
+        held_back.clear();
         ends.clear();
         broken.clear();
         solved.clear();
@@ -239,34 +289,44 @@ impl<T: Real> AttachWorker<'_, '_, T> {
             corrections.resize(self.setup.joints.len(), JointCorrection::default());
             sums.resize(self.setup.nodes.len(), [T::ZERO; 3]);
         }
+        let nodes = self.worker.nodes;
         for tile in self.worker.tiles.clone() {
-            for &number in self.setup.of_tile.row(tile) {
-                if self.is_slack(number, &found) {
-                    continue;
+            if !self.worker.resting.has(nodes.tiles[tile].body) {
+                for &number in self.setup.of_tile.row(tile) {
+                    self.move_joined(number, &found);
                 }
-                let before = found.node(self.setup.nodes[number as usize]);
-                let joined = self.joined(number, &found);
-                let after = self.apply_tethers(number, joined, &found);
-                if after != before {
-                    let ([x, y, z], [u, v, w]) = after;
-                    self.scratch.responses.push((self.setup.nodes[number as usize], [x, y, z, u, v, w]));
-                }
+                let slices = self.setup.slices_of[tile]..self.setup.slices_of[tile + 1];
+                nodes.level.run(HoldBack {
+                    slices: &self.setup.slices[slices.clone()],
+                    first: slices.start,
+                    state: found.state,
+                    inverse_mass: &nodes.inverse_mass,
+                    h: self.worker.substep.h,
+                    found: &mut self.scratch.held_back,
+                });
             }
-            self.scratch.ends.push(self.scratch.responses.len());
+            self.scratch.ends.push([self.scratch.responses.len(), self.scratch.held_back.len()]);
         }
     }
 
-    /// Whether a node has no joints, and no tether holds it back: most of the time that is so of most nodes.
-    #[inline(always)]
-    fn is_slack(&self, number: u32, found: &Found<'_, T>) -> bool {
-        let (setup, number) = (self.setup, number as usize);
-        let at = |node: u32| [0, 1, 2].map(|axis| found.state[axis][node as usize]);
-        let x = at(setup.nodes[number]);
-        setup.joints_of.row(number).is_empty()
-            && setup.tethers_of.row(number).iter().all(|&tether| {
-                let (anchor, length) = setup.tethers[tether as usize];
-                attach::is_within(x, at(anchor), length)
-            })
+    /// A node with joints, and perhaps tethers.
+    fn move_joined(&mut self, number: u32, found: &Found<'_, T>) {
+        let node = self.setup.nodes[number as usize];
+        let (before, mut after) = (found.node(node), self.joined(number, found));
+        let tethers = self.setup.tethers_of.row(number as usize);
+        if !tethers.is_empty() && self.worker.nodes.inverse_mass[node as usize] > T::ZERO {
+            let anchor = |&tether: &u32| {
+                let (anchor, length) = self.setup.tethers[tether as usize];
+                (found.node(anchor), length)
+            };
+            self.scratch.anchors.clear();
+            self.scratch.anchors.extend(tethers.iter().map(anchor));
+            after = hold_back(after, &self.scratch.anchors, self.worker.substep.h);
+        }
+        if after != before {
+            let ([x, y, z], [u, v, w]) = after;
+            self.scratch.responses.push((node, [x, y, z, u, v, w]));
+        }
     }
 
     /// A node after its joints.
@@ -346,36 +406,6 @@ impl<T: Real> AttachWorker<'_, '_, T> {
     fn point(&self, point: u32) -> [T; 3] {
         let (start, track) = self.setup.points[point as usize];
         self.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
-    }
-
-    /// A node after its tethers. Their anchors are pinned, and stay where they are.
-    fn apply_tethers(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
-        let tethers = self.setup.tethers_of.row(number as usize);
-        if self.worker.nodes.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
-            return from;
-        }
-        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MAX_TETHERS]);
-        for _ in 0..ROUNDS {
-            let mut moved = false;
-            for (taut, &tether) in taut.iter_mut().zip(tethers) {
-                let (anchor, length) = self.setup.tethers[tether as usize];
-                if let Some((back, way)) = attach::project_to_sphere(x, found.node(anchor).0, length) {
-                    (x, shift, moved, *taut) = (back, add(shift, way), true, true);
-                }
-            }
-            if !moved || tethers.len() == 1 {
-                break;
-            }
-        }
-        let taut = || tethers.iter().zip(taut).filter(|(_, taut)| *taut);
-        let anchors = || taut().map(|(&tether, _)| found.node(self.setup.tethers[tether as usize].0));
-        let count = T::from_f64(anchors().count() as f64);
-        if count <= T::ZERO {
-            return from;
-        }
-        let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
-        let v = attach::without_lost_motion(from.1, shift, with, self.worker.substep.h);
-        (x, anchors().fold(v, |v, (at, with)| attach::without_stretching(v, sub(x, at), with)))
     }
 
     /// Marks broken joints, after all workers have found theirs.

@@ -2,6 +2,7 @@
 
 use crate::advice::{Advice, Refusal};
 use crate::assembly::Assembly;
+use crate::attachments::attach;
 use crate::attachments::constraints::{self, IS_POINT, JointConstraint};
 use crate::attachments::gpu_layout::Joint;
 use crate::backend::SolverState;
@@ -125,7 +126,7 @@ fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
         lists.push(tethers.len() as u32);
         lists.extend(tethers.iter().flat_map(|&tether| {
             let tether = &all.tethers[tether as usize];
-            [bodies.local(tether.anchor as usize), (tether.length as f32).to_bits()]
+            [bodies.local(tether.anchor as usize), attach::radius::<f32>(tether.length).to_bits()]
         }));
     }
     lists

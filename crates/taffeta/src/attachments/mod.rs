@@ -4,6 +4,7 @@ pub mod attach;
 pub mod build;
 pub mod constraints;
 pub mod cpu;
+pub mod cpu_tethers;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "gpu")]

@@ -254,26 +254,45 @@ fn solve_group(first: u32, end: u32) {
     }
 }
 
-/// A node after its tethers, whose list begins at `list`. Their anchors are pinned, and stay where they are.
-fn apply_tethers(x: vec3f, v: vec3f, list: u32) -> Tethered {
-    var at = x;
-    var shift = vec3f(0.0);
-    var taut = 0u;
+/// The ball of a tether of a list, by its number.
+fn ball_of(list: u32, number: u32) -> Ball {
+    let center = old_position[attachment_lists[list + 1u + 2u * number]].xyz;
+    return Ball(center, bitcast<f32>(attachment_lists[list + 2u + 2u * number]));
+}
+
+/// Moves a node into one ball of a list after the other, in rounds.
+fn project_in_turn(x: vec3f, list: u32) -> HeldBack {
+    var held = HeldBack(x, vec3f(0.0), 0u);
     let tethers = attachment_lists[list];
     for (var round = 0u; round < TETHER_ROUNDS; round++) {
         var moved = false;
         for (var i = 0u; i < tethers; i++) {
-            let anchor = attachment_lists[list + 1u + 2u * i];
-            let back = project_to_sphere(at, old_position[anchor].xyz, bitcast<f32>(attachment_lists[list + 2u + 2u * i]));
-            at = back.x;
-            shift = select(shift, shift + back.way, back.moved);
-            taut = select(taut, taut | (1u << i), back.moved);
-            moved = moved || back.moved;
+            let ball = ball_of(list, i);
+            if excess(held.x, ball) > 0.0 {
+                let back = project_to_sphere(held.x, ball);
+                held = HeldBack(back.x, held.shift + back.shift, held.taut | (1u << i));
+                moved = true;
+            }
         }
-        if !moved || tethers == 1u {
+        if !moved {
             break;
         }
     }
+    return held;
+}
+
+/// A node after its tethers, whose list begins at `list`. Their anchors are pinned, and stay where they are.
+fn apply_tethers(x: vec3f, v: vec3f, list: u32) -> Tethered {
+    let tethers = attachment_lists[list];
+    var held = HeldBack(x, vec3f(0.0), 0u);
+    if tethers > 2u {
+        held = project_in_turn(x, list);
+    } else if tethers > 0u {
+        held = project_to_two(x, ball_of(list, 0u), ball_of(list, tethers - 1u), tethers == 2u);
+    }
+    let at = held.x;
+    let shift = held.shift;
+    let taut = held.taut;
     if taut == 0u {
         return Tethered(x, v);
     }

@@ -95,16 +95,21 @@ impl<'a, T: Real> Tile<'a, T> {
         self.plan.runs().next().map_or(0..0, |(_, run)| run)
     }
 
+    /// Whether colliders act on its nodes.
+    pub fn has_contact(&self) -> bool {
+        !self.substep.colliders().is_empty()
+    }
+
     /// Sets the state of nodes after it, by solver index, and stores where they were for colliders.
-    pub fn move_nodes<'s>(&mut self, states: impl Iterator<Item = (usize, &'s [T; 6])>)
-    where
-        T: 's,
-    {
-        let mut moved = Vec::new();
+    pub fn move_nodes(&mut self, states: impl Iterator<Item = (usize, [T; 6])>) {
+        let mut moved = match std::mem::replace(&mut self.moved, Moved::None) {
+            Moved::Some(moved) => moved,
+            _ => Vec::new(),
+        };
         for (node, state) in states {
             let after = self.after(&(node..node + 1));
             moved.push((node, [0, 1, 2].map(|axis| after[axis][0])));
-            for (column, &number) in after.into_iter().zip(state) {
+            for (column, number) in after.into_iter().zip(state) {
                 column[0] = number;
             }
         }

@@ -52,7 +52,7 @@ const POSE: u64 = 200;
 const COLLIDER: u64 = 272;
 const LOAD: u64 = 8;
 const SEAM_PAIR: u64 = 170;
-const TETHERED_NODE: u64 = 330;
+const TETHERED_NODE: u64 = 420;
 /// Of lists of contacts.
 const FLAT_TRIANGLE: u64 = 450;
 const PILED_TRIANGLE: u64 = 8500;

@@ -96,17 +96,17 @@ impl<T: Real> Colliders<T> {
         self.in_contact.get_mut()
     }
 
-    /// Keeps a run of nodes out of colliders. `at` is where the run begins in the worker's scratch memory. `from` is
-    /// the start of a node that was moved.
-    fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, from: Option<[T; 3]>) -> u64 {
+    /// Keeps a run of nodes out of colliders. `at` is where the run begins in the worker's scratch memory. `is_moved`: the nodes were
+    /// moved once more, and their motion starts where that memory has it.
+    fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, is_moved: bool) -> u64 {
         let mut state = tile.after(&run);
         let all = at..at + run.len();
         // SAFETY: each worker has its own, and works on one run at a time.
         let ColliderScratch { last, inverse_mass: alone } = unsafe { self.scratch.of(tile.worker) };
-        let start = match (&from, &tile.moved) {
-            (Some(from), _) => from.each_ref().map(std::slice::from_ref),
-            (None, Moved::Any) => tile.scratch.before.each_ref().map(|column| &column[all.clone()]),
-            (None, _) => [0, 1, 2].map(|axis| &tile.old[axis][run.clone()]),
+        let start = if is_moved {
+            tile.scratch.before.each_ref().map(|column| &column[all.clone()])
+        } else {
+            [0, 1, 2].map(|axis| &tile.old[axis][run.clone()])
         };
         let mut inverse_mass = &tile.nodes.inverse_mass[run.clone()];
         let first = self.carried.partition_point(|&[node, _]| (node as usize) < run.start);
@@ -134,7 +134,7 @@ impl<T: Real> Colliders<T> {
             run: run.clone(),
             inverse_mass,
             start,
-            carried: from.is_none() && !matches!(tile.moved, Moved::Any),
+            carried: !is_moved,
             state: &mut state,
             last: &mut last[all.clone()],
             h: tile.substep.h,
@@ -192,12 +192,18 @@ impl<T: Real> Feature<T> for Colliders<T> {
             return;
         }
         if let Moved::Some(moved) = &tile.moved {
-            for &(node, from) in moved {
-                self.collide(tile, 0, node..node + 1, Some(from));
+            for run in moved.chunk_by(|(node, _), (next, _)| node + 1 == *next) {
+                for (at, (_, from)) in run.iter().enumerate() {
+                    for (column, &from) in tile.scratch.before.iter_mut().zip(from) {
+                        column[at] = from;
+                    }
+                }
+                self.collide(tile, 0, run[0].0..run[0].0 + run.len(), true);
             }
             return;
         }
-        let contacts: u64 = tile.plan.runs().map(|(at, run)| self.collide(tile, at, run, None)).sum();
+        let is_moved = matches!(tile.moved, Moved::Any);
+        let contacts: u64 = tile.plan.runs().map(|(at, run)| self.collide(tile, at, run, is_moved)).sum();
         // SAFETY: the tile is this worker's; all are read after the frame.
         *unsafe { self.contacts.item(tile.index) } += contacts;
     }

@@ -324,7 +324,7 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         // SAFETY: each worker has its own, and asks once.
         let scratch = unsafe { self.scratch.of(tile.worker) };
-        tile.move_nodes(scratch.responses(tile.number));
+        tile.move_nodes(scratch.responses(tile.number).map(|(node, state)| (node, *state)));
     }
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {

@@ -326,7 +326,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         // SAFETY: each worker has its own, and asks once.
         let scratch = unsafe { self.scratch.of(tile.worker) };
         let responses = &scratch.responses[scratch.tiles[tile.number]..scratch.tiles[tile.number + 1]];
-        tile.move_nodes(responses.iter().map(|(node, state)| (*node as usize, state)));
+        tile.move_nodes(responses.iter().map(|&(node, state)| (node as usize, state)));
     }
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
