@@ -25,6 +25,11 @@ pub const FLAG_SIDE: u32 = 100;
 /// comes down.
 const FLAG: (f64, f64, f64, f64, u32) = (1.0, 0.2, 1e5, 1.0 / 60.0, 60);
 
+/// Of the flag on tethers: stiffness of structural, shear and bend springs [N/m]; damping [kg/s] and sub-steps a frame of 40 × 40 nodes.
+const SOFT: [f64; 3] = [85.0, 21.0, 8.0];
+const SOFT_DAMPING: f64 = 0.008;
+const SOFT_STEPS: f64 = 34.0;
+
 /// A level sheet of `rows` × `cols` nodes of `mass` [kg], with springs of `k` [N/m].
 pub fn sheet([rows, cols]: [u32; 2], (mass, k): (f64, f64)) -> Body {
     let extent = |nodes: u32| EXTENT * f64::from(nodes - 1) / f64::from(SIDE - 1);
@@ -54,18 +59,34 @@ pub fn bench(sides: [u32; 2]) -> Bench {
 
 /// A sheet that hangs by two corners of its upper edge, lifted by an eighth of a turn at the start. By nodes, if nothing
 /// else is said.
-pub fn flag([rows, cols]: [u32; 2]) -> Bench {
-    let (side, mass, k, step, most) = FLAG;
-    let mut body = Body::cloth("flag", Mesh::grid(rows, cols, [side; 2]))
-        .with_mass(Mass::Whole(mass))
-        .structural(k, DAMPING)
-        .shear(k, DAMPING)
-        .bend(k, DAMPING)
-        .pin(Select::nodes([0, cols - 1]));
-    body.place.rotation = Some(Rotation { axis: [1.0, 0.0, 0.0], degrees: 45.0 });
+pub fn flag(sides: [u32; 2]) -> Bench {
+    let (.., k, step, most) = FLAG;
+    let body = hanging(sides, [k; 3], DAMPING);
     let mut scene = Scene::new("bench flag").body(body).time(step, step).method(Method::Ice);
     scene.solver.ice.form = ConstraintForm::Primal;
-    Bench { most, ..Bench::new("flag", vec![rows, cols], scene) }
+    Bench { most, ..Bench::new("flag", sides.to_vec(), scene) }
+}
+
+/// The same on explicit springs that are so soft that they need few sub-steps, and on tethers, which bear the load.
+pub fn tethers(sides: [u32; 2]) -> Bench {
+    let (.., step, most) = FLAG;
+    let refined = f64::from(sides[0].max(sides[1])) / 40.0;
+    let body = hanging(sides, SOFT, SOFT_DAMPING / (refined * refined)).tether(0.0);
+    let scene = Scene::new("bench tethers").body(body).time(step, step / (SOFT_STEPS * refined).ceil());
+    Bench { most, ..Bench::new("tethers", sides.to_vec(), scene) }
+}
+
+/// The sheet of both, with structural, shear and bend springs of `k` [N/m] and damping [kg/s].
+fn hanging([rows, cols]: [u32; 2], k: [f64; 3], damping: f64) -> Body {
+    let (side, mass, ..) = FLAG;
+    let mut body = Body::cloth("flag", Mesh::grid(rows, cols, [side; 2]))
+        .with_mass(Mass::Whole(mass))
+        .structural(k[0], damping)
+        .shear(k[1], damping)
+        .bend(k[2], damping)
+        .pin(Select::nodes([0, cols - 1]));
+    body.place.rotation = Some(Rotation { axis: [1.0, 0.0, 0.0], degrees: 45.0 });
+    body
 }
 
 /// Prints a line for each form.
