@@ -14,6 +14,7 @@ mod mutate;
 mod program;
 mod sanitize;
 mod shaders;
+mod speeds;
 mod test;
 mod vulkan;
 
@@ -23,7 +24,7 @@ const USAGE: &str =
     "usage: cargo xtask test [--core] [--seed SEED] | mutate [--all | --sample N [--seed SEED]] | models
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
-                    | faults [--program FILE] | shaders
+                    | faults [--program FILE] | shaders | speeds [--program FILE]
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
              --core leaves out Bevy and the papers. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
@@ -34,7 +35,8 @@ const USAGE: &str =
   sanitize   run tests under ThreadSanitizer and Miri; needs a nightly compiler with rust-src and miri
   faults     have each call for results fail, and lose power, once, and see that runs go on from there, as from
              too little memory; needs strace
-  shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed";
+  shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed
+  speeds     run all benches and write the page of what they print, some five minutes on an idle machine";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
         ["faults", ref words @ ..] => faults::run(words),
         ["sanitize", ref words @ ..] => sanitize::run(words),
         ["shaders"] => shaders::run(),
+        ["speeds", ref words @ ..] => speeds::run(words),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS
