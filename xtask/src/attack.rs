@@ -2,6 +2,8 @@
 
 mod scene;
 
+pub use scene::Chance;
+
 use crate::{program, root};
 use std::fs;
 use std::io::Read;

@@ -1,6 +1,10 @@
-//! `cargo xtask faults`: has each call that `taffeta run` makes for its results fail, once; and kills it there and takes from its files
-//! what was not on the disk, as a power failure does. From each of them a run must go on to the same results. `strace` does it.
-//! Then it has runs end for want of memory, by a limit of it that grows until they end well.
+//! `cargo xtask faults`: has each call that `taffeta run` makes for its results fail, once; makes what power failures may leave of its
+//! files; and has it end for want of memory, by a limit that grows until it ends well. From each of them a run must go on to the same
+//! results. `strace` does it.
+
+mod disk;
+mod log;
+mod power;
 
 use crate::{attack, root};
 use std::collections::{BTreeMap, HashMap};
@@ -27,6 +31,8 @@ select = { nodes = [0, 4] }
 "#;
 const RUN: &str =
     "run scene.toml --out out --checkpoint-every 2 --format npy,pc2,usda,ply,obj,vtu,glb --threads 1 --quiet";
+/// What goes on to as many frames as the scene has, whatever the checkpoint says.
+const RESUME: &str = "run scene.toml --resume out/checkpoint.taffeta --frames 6 --threads 1 --quiet";
 /// Calls that have to do with files, and how each of them fails.
 const CALLS: [(&str, &str); 9] = [
     ("openat", "ENOSPC"),
@@ -70,33 +76,18 @@ pub fn run(words: &[&str]) -> ExitCode {
     }
 }
 
-/// What becomes of a call.
-#[derive(Clone, Copy, Debug)]
-enum Fault {
-    Fails,
-    PowerFails,
+fn try_all(program: &Path) -> Result<(), String> {
+    let desk = Desk { program, folder: folder() };
+    let found = desk.try_all();
+    let _ = fs::remove_dir_all(&desk.folder);
+    found
 }
 
-fn try_all(program: &Path) -> Result<(), String> {
-    let desk = Desk { program, folder: root().join("target/faults") };
-    desk.clear()?;
-    desk.trace(&format!("-e trace={}", names()))?;
-    let whole = results(&desk.folder.join("out"))?;
-    let calls = calls(&desk.log()?);
-    println!("xtask: {} calls, each of which fails, and loses power", calls.len());
-    let mut wrong = Vec::new();
-    for (number, (call, when)) in calls.iter().enumerate() {
-        for fault in [Fault::Fails, Fault::PowerFails] {
-            if let Err(what) = desk.try_one(call, *when, fault, &whole) {
-                println!("xtask: {fault:?} at {call} {when} (call {number}): {what}");
-                wrong.push(number);
-            }
-        }
-    }
-    println!("xtask: runs with too little memory");
-    let poor = desk.try_with_little_memory(&whole)?;
-    println!("xtask: {poor} runs ended for want of memory");
-    if wrong.is_empty() { Ok(()) } else { Err(format!("{} faults were not withstood", wrong.len())) }
+/// Where it runs: in memory, if that can be, where syncs take no time.
+fn folder() -> PathBuf {
+    let own = format!("taffeta-faults-{}", std::process::id());
+    let in_memory = Path::new("/dev/shm").join(own);
+    if fs::create_dir(&in_memory).is_ok() { in_memory } else { root().join("target/faults") }
 }
 
 fn names() -> String {
@@ -114,14 +105,15 @@ impl Desk<'_> {
         let words = |error: std::io::Error| format!("{}: {error}", self.folder.display());
         let _ = fs::remove_dir_all(&self.folder);
         fs::create_dir_all(&self.folder).map_err(words)?;
-        fs::write(self.folder.join("scene.toml"), SCENE).map_err(words)
+        fs::write(self.folder.join("scene.toml"), SCENE).map_err(words)?;
+        fs::write(self.folder.join("other.toml"), SCENE.replace("\"sheet\"", "\"other\"")).map_err(words)
     }
 
-    /// Runs the scene, watched.
-    fn trace(&self, how: &str) -> Result<Output, String> {
+    /// Runs the program, watched.
+    fn trace(&self, how: &[&str], words: &str) -> Result<Output, String> {
         let mut command = Command::new("strace");
-        command.args("-f -y -o log.txt".split(' ')).args(how.split(' ')).arg(self.program);
-        let output = command.args(RUN.split(' ')).current_dir(&self.folder).output();
+        command.args(["-o", "log.txt"]).args(how).arg(self.program).args(words.split(' '));
+        let output = command.current_dir(&self.folder).output();
         output.map_err(|error| format!("strace: {error}; on Debian `apt-get install strace` has it"))
     }
 
@@ -130,27 +122,40 @@ impl Desk<'_> {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    fn try_one(&self, call: &str, when: usize, fault: Fault, whole: &Results) -> Result<(), String> {
+    fn try_all(&self) -> Result<(), String> {
+        self.clear()?;
+        self.trace(&["-f", "-y", "-e", &format!("trace={}", names())], RUN)?;
+        let whole = results(&self.folder.join("out"))?;
+        let calls = calls(&self.log()?);
+        let [states, mut wrong] = power::try_all(self, &whole)?;
+        println!("xtask: {states} states that power failures leave");
+        println!("xtask: {} calls, each of which fails", calls.len());
+        for (number, (call, when)) in calls.iter().enumerate() {
+            if let Err(what) = self.try_one(call, *when, &whole) {
+                println!("xtask: {call} {when} (call {number}) fails: {what}");
+                wrong += 1;
+            }
+        }
+        println!("xtask: runs with too little memory");
+        let poor = self.try_with_little_memory(&whole)?;
+        println!("xtask: {poor} runs ended for want of memory");
+        if wrong == 0 { Ok(()) } else { Err(format!("{wrong} faults were not withstood")) }
+    }
+
+    fn try_one(&self, call: &str, when: usize, whole: &Results) -> Result<(), String> {
         self.clear()?;
         let error = CALLS.iter().find(|(name, _)| *name == call).map_or("EIO", |(_, error)| error);
-        let inject = match fault {
-            Fault::Fails => format!("error={error}"),
-            Fault::PowerFails => "signal=KILL".to_owned(),
-        };
-        let ended = self.trace(&format!("-e trace={} -e inject={call}:{inject}:when={when}", names()))?;
+        let inject = format!("inject={call}:error={error}:when={when}");
+        let ended = self.trace(&["-f", "-y", "-e", &format!("trace={}", names()), "-e", &inject], RUN)?;
         let said = String::from_utf8_lossy(&ended.stderr).into_owned();
         if said.contains("panicked") {
             return Err(format!("it panics: {said}"));
         }
-        if let Fault::PowerFails = fault {
-            lose(&self.log()?, &self.folder)?;
-        } else {
-            match ended.status.code() {
-                Some(0) if results(&self.folder.join("out"))? == *whole => return Ok(()),
-                Some(0) => return Err("it says nothing, and the results are others".into()),
-                Some(1 | 2) if said.starts_with("error: ") => {}
-                code => return Err(format!("it ends with {code:?}: {said}")),
-            }
+        match ended.status.code() {
+            Some(0) if results(&self.folder.join("out"))? == *whole => return Ok(()),
+            Some(0) => return Err("it says nothing, and the results are others".into()),
+            Some(1 | 2) if said.starts_with("error: ") => {}
+            code => return Err(format!("it ends with {code:?}: {said}")),
         }
         self.goes_on_to(whole)
     }
@@ -206,29 +211,30 @@ impl Desk<'_> {
         Ok(Ended::ForWantOfMemory)
     }
 
-    /// Whether a run goes on from what is there to the same results.
+    /// Whether a run goes on from what is there to the same results: from the checkpoint, or from the start where there is none.
     fn goes_on_to(&self, whole: &Results) -> Result<(), String> {
-        self.go_on()?;
+        self.run(if self.folder.join("out/checkpoint.taffeta").exists() { RESUME } else { RUN })?;
+        self.has(whole)
+    }
+
+    /// Runs the program to a good end.
+    fn run(&self, words: &str) -> Result<(), String> {
+        let output = Command::new(self.program).args(words.split(' ')).current_dir(&self.folder).output();
+        let output = output.map_err(|error| format!("{}: {error}", self.program.display()))?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        if output.status.success() { Ok(()) } else { Err(format!("it does not go on: {said}")) }
+    }
+
+    /// Whether the results are those.
+    fn has(&self, whole: &Results) -> Result<(), String> {
         let found = results(&self.folder.join("out"))?;
         let names = |all: &Results| all.keys().cloned().collect::<Vec<_>>().join(" ");
         if names(&found) != names(whole) {
-            return Err(format!("after it, there are {}", names(&found)));
+            return Err(format!("there are {}", names(&found)));
         }
         let odd: Vec<&String> =
             found.iter().filter(|(name, bytes)| whole[*name] != **bytes).map(|(name, _)| name).collect();
-        if odd.is_empty() { Ok(()) } else { Err(format!("after it, {odd:?} are others")) }
-    }
-
-    /// Goes on from the checkpoint, or starts again where there is none.
-    fn go_on(&self) -> Result<(), String> {
-        let resume = "run scene.toml --resume out/checkpoint.taffeta --quiet";
-        let words = if self.folder.join("out/checkpoint.taffeta").exists() { resume } else { RUN };
-        let output = Command::new(self.program).args(words.split(' ')).current_dir(&self.folder).output();
-        let output = output.map_err(|error| format!("{}: {error}", self.program.display()))?;
-        if output.status.success() {
-            return Ok(());
-        }
-        Err(format!("it does not go on: {}", String::from_utf8_lossy(&output.stderr)))
+        if odd.is_empty() { Ok(()) } else { Err(format!("{odd:?} are others")) }
     }
 }
 
@@ -282,68 +288,6 @@ fn calls(log: &str) -> Vec<(String, usize)> {
     found
 }
 
-/// Cuts the files of a folder to what a log says was on the disk.
-fn lose(log: &str, folder: &Path) -> Result<(), String> {
-    // Bytes written, where the next goes, and bytes on the disk.
-    let mut files: HashMap<String, [u64; 3]> = HashMap::new();
-    for line in log.lines() {
-        let Some((_, line)) = line.split_once(' ') else { continue };
-        let Some((name, rest)) = line.trim_start().split_once('(') else { continue };
-        let Some(result) = rest
-            .rsplit_once(" = ")
-            .and_then(|(_, result)| result.split([' ', '<']).next()?.parse::<u64>().ok())
-        else {
-            continue;
-        };
-        if name == "rename" {
-            let mut names = rest.split('"').skip(1).step_by(2).map(|name| folder_of(folder, name));
-            if let (Some(from), Some(to)) = (names.next(), names.next())
-                && let Some(file) = files.remove(&from)
-            {
-                files.insert(to, file);
-            }
-            continue;
-        }
-        let path = if name == "openat" { rest.rsplit_once('<') } else { rest.split_once('<') };
-        let Some(path) = path.and_then(|(_, path)| path.split_once('>')).map(|(path, _)| path.to_owned())
-        else {
-            continue;
-        };
-        if !path.contains("/out/") {
-            continue;
-        }
-        let file = files.entry(path).or_default();
-        match name {
-            "openat" => file[1] = 0,
-            "write" => {
-                file[1] += result;
-                file[0] = file[0].max(file[1]);
-            }
-            "lseek" => file[1] = result,
-            "ftruncate" => {
-                let length =
-                    rest.split(", ").nth(1).and_then(|length| length.split(')').next()?.parse().ok());
-                file[0] = length.unwrap_or(file[0]);
-            }
-            "fsync" => file[2] = file[0],
-            _ => {}
-        }
-    }
-    for (path, [written, _, kept]) in files {
-        if kept < written && Path::new(&path).is_file() {
-            let cut = fs::File::options().write(true).open(&path).and_then(|file| file.set_len(kept));
-            cut.map_err(|error| format!("{path}: {error}"))?;
-        }
-    }
-    Ok(())
-}
-
-/// The full path of a name in the log.
-fn folder_of(folder: &Path, name: &str) -> String {
-    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
-    folder.join(name).to_string_lossy().into_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -358,17 +302,5 @@ mod tests {
         let named = |name: &str, when| (name.to_owned(), when);
         let expected = [named("openat", 2), named("write", 1), named("fsync", 1), named("write", 2)];
         assert_eq!(calls(LOG), expected);
-    }
-
-    #[test]
-    fn what_was_not_synced_is_lost() {
-        let folder = std::env::temp_dir().join(format!("taffeta-faults-{}", std::process::id()));
-        fs::create_dir_all(folder.join("out")).unwrap();
-        let file = folder.join("out/a.part");
-        fs::write(&file, "abcde").unwrap();
-        let here = folder.canonicalize().unwrap();
-        lose(&LOG.replace("/d/out", &format!("{}/out", here.display())), &folder).unwrap();
-        assert_eq!(fs::read(&file).unwrap(), b"abc");
-        fs::remove_dir_all(&folder).unwrap();
     }
 }
