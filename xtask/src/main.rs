@@ -33,8 +33,8 @@ const USAGE: &str =
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz
   attack     run scenes that are made up at random, 10,000 of them, and look for panics, hangs and numbers that are none
   sanitize   run tests under ThreadSanitizer and Miri; needs a nightly compiler with rust-src and miri
-  faults     have each call for results fail, and lose power, once, and see that runs go on from there, as from
-             too little memory; needs strace
+  faults     have each call for results fail once, and see that runs go on from there, as from what power failures
+             leave on the disk and from too little memory; needs strace
   shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed
   speeds     run all benches and write the page of what they print, some five minutes on an idle machine";
 

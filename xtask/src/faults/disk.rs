@@ -83,6 +83,8 @@ pub enum Fate {
 pub struct Unsynced {
     /// Whether it is about a name in a folder, not about the content of a file.
     pub is_name: bool,
+    /// Whether it can be kept in part.
+    pub is_write: bool,
     /// The folder or the file.
     pub node: usize,
     /// Its place among what was not synced of the same folder or file, and among all of its kind.
@@ -334,10 +336,10 @@ impl Disk {
         let (mut contents, mut folders) = (HashMap::new(), HashMap::new());
         for (node, Node { name, content }) in self.nodes.iter().enumerate() {
             let is_name = matches!(content, Content::Folder { .. });
-            let mut decide = |index: usize, words: String| {
+            let mut decide = |index: usize, is_write: bool, words: String| {
                 let number = numbers[usize::from(is_name)];
                 numbers[usize::from(is_name)] += 1;
-                let fate = fate(Unsynced { is_name, node, index, number });
+                let fate = fate(Unsynced { is_name, is_write, node, index, number });
                 match fate {
                     Fate::Kept => {}
                     Fate::Lost => lost.push(words),
@@ -348,11 +350,13 @@ impl Disk {
             };
             match content {
                 Content::File { synced, unsynced } => {
-                    let decide = |index: usize| decide(index, unsynced[index].words(name));
+                    let is_write = |index: usize| matches!(unsynced[index], Change::Write { .. });
+                    let decide = |index: usize| decide(index, is_write(index), unsynced[index].words(name));
                     contents.insert(node, bytes(synced, unsynced, decide));
                 }
                 Content::Folder { synced, unsynced } => {
-                    let decide = |index: usize| decide(index, unsynced[index].words(name)) == Fate::Kept;
+                    let decide =
+                        |index: usize| decide(index, false, unsynced[index].words(name)) == Fate::Kept;
                     folders.insert(node, names(synced, unsynced, decide));
                 }
             }

@@ -4,7 +4,7 @@
 use super::disk::{Disk, Fate, Operation, State, Unsynced};
 use super::{Desk, RESUME, RUN, Results, log};
 use crate::attack::Chance;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -24,39 +24,24 @@ const CHECKPOINT: &str = "out/checkpoint.taffeta";
 /// A run to trace; all of them end with the same results.
 struct Trial {
     name: &'static str,
-    /// Runs before it.
-    before: &'static [&'static str],
+    /// The scene of an earlier run in the folder, and how many frames that had.
+    before: Option<(&'static str, u32)>,
     run: &'static str,
-    /// The checkpoint of the earlier run is what it goes on from; else it is of no use once the run has begun.
+    /// It goes on from the checkpoint of the earlier run, which else is of no use.
     goes_on: bool,
 }
 
 const TRIALS: [Trial; 4] = [
-    Trial { name: "a new run", before: &[], run: RUN, goes_on: false },
+    Trial { name: "a new run", before: None, run: RUN, goes_on: false },
+    Trial { name: "a run that goes on", before: Some(("scene.toml", 4)), run: RESUME, goes_on: true },
     Trial {
-        name: "a run that goes on",
-        before: &[
-            "run scene.toml --out out --checkpoint-every 2 --format npy,pc2,usda,ply,obj,vtu,glb --threads 1 --quiet --frames 4",
-        ],
-        run: RESUME,
-        goes_on: true,
-    },
-    Trial {
-        name: "a run where one of another scene was",
-        before: &[
-            "run other.toml --out out --format npy,pc2,usda,ply,obj,vtu,glb --threads 1 --quiet --frames 2",
-        ],
+        name: "a run after one of another scene",
+        before: Some(("other.toml", 2)),
         run: RUN,
         goes_on: false,
     },
-    Trial {
-        name: "a run where a shorter one of its scene was",
-        before: &[
-            "run scene.toml --out out --checkpoint-every 2 --format npy,pc2,usda,ply,obj,vtu,glb --threads 1 --quiet --frames 2",
-        ],
-        run: RUN,
-        goes_on: false,
-    },
+    // The files of the new run are long enough for the old checkpoint before it has one of its own.
+    Trial { name: "a run after a shorter one", before: Some(("scene.toml", 2)), run: RUN, goes_on: false },
 ];
 
 /// A state to try.
@@ -101,8 +86,8 @@ struct Traced<'a> {
 impl<'a> Traced<'a> {
     fn new(desk: &'a Desk, trial: &'a Trial, whole: &'a Results) -> Result<Self, String> {
         desk.clear()?;
-        for words in trial.before {
-            desk.run(words)?;
+        if let Some((scene, frames)) = trial.before {
+            desk.run(&format!("{} --frames {frames}", RUN.replace("scene.toml", scene)))?;
         }
         let disk =
             Disk::of(&desk.folder, "out").map_err(|error| format!("{}: {error}", desk.folder.display()))?;
@@ -218,7 +203,7 @@ fn cases(disk: &Disk, seed: u64) -> Vec<Case> {
     add("all is kept".into(), &mut |_| Fate::Kept);
     add("all that was not synced is lost".into(), &mut |_| Fate::Lost);
     add("data are lost".into(), &mut |one| lost(!one.is_name));
-    add("data are zeros".into(), &mut |one| if one.is_name { Fate::Kept } else { Fate::Length });
+    add("data are zeros".into(), &mut |one| if one.is_write { Fate::Length } else { Fate::Kept });
     add("names are lost".into(), &mut |one| lost(one.is_name));
     for name in 0..disk.unsynced_names() {
         add("one name is lost".into(), &mut |one| lost(one.is_name && one.number == name));
@@ -231,7 +216,7 @@ fn cases(disk: &Disk, seed: u64) -> Vec<Case> {
             continue;
         }
         // Of each folder and file what came first is kept.
-        let mut ends: std::collections::HashMap<usize, u64> = std::collections::HashMap::new();
+        let mut ends = HashMap::new();
         add("at random, in order".into(), &mut |one| {
             let end = *ends.entry(one.node).or_insert_with(|| chance.below(6));
             lost(one.index as u64 >= end)
@@ -241,10 +226,10 @@ fn cases(disk: &Disk, seed: u64) -> Vec<Case> {
 }
 
 fn at_random(one: Unsynced, chance: &mut Chance) -> Fate {
-    match (one.is_name, chance.below(6)) {
+    match (one.is_write, chance.below(6)) {
         (_, 0..3) => Fate::Kept,
-        (false, 3) => Fate::Half,
-        (false, 4) => Fate::Length,
+        (true, 3) => Fate::Half,
+        (true, 4) => Fate::Length,
         _ => Fate::Lost,
     }
 }
