@@ -2,9 +2,10 @@
 
 use crate::program::one_line;
 use std::ffi::OsString;
-use std::fs::{File, OpenOptions, read_dir};
+use std::fs::{File, OpenOptions, create_dir_all, read_dir};
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 
 /// The error with the file that it is about.
 pub(crate) fn in_file(path: &Path, error: io::Error) -> io::Error {
@@ -65,6 +66,16 @@ pub(crate) fn open_or_create_own(path: &Path) -> io::Result<File> {
             opened => return opened,
         }
     }
+}
+
+/// Makes an empty file, or empties the one that is there; nobody else's: links, and what is no regular file, are refused.
+///
+/// # Errors
+/// Of the kind `InvalidInput` where it is something else; else what the system says.
+pub fn create(path: &Path) -> io::Result<File> {
+    let file = open_or_create_own(path)?;
+    file.set_len(0)?;
+    Ok(file)
 }
 
 /// Whether nothing is written into a folder: a link leads elsewhere.
@@ -128,9 +139,7 @@ pub fn replace(path: &Path, pieces: &[&[u8]]) -> io::Result<()> {
         builder.prefix(&prefix).suffix(LEFT).rand_bytes(DIGITS);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut file = builder.tempfile_in(folder)?;
-        // A file system without locks loses what a killed program leaves.
-        let _ = file.as_file().try_lock();
+        let mut file = locked(&builder, folder)?;
         pieces.iter().try_for_each(|piece| file.write_all(piece))?;
         file.as_file().sync_all()?;
         file.persist(path).map_err(|error| error.error)?;
@@ -138,6 +147,19 @@ pub fn replace(path: &Path, pieces: &[&[u8]]) -> io::Result<()> {
         Ok(())
     };
     replace().map_err(|error| in_file(path, error))
+}
+
+/// A new file that others leave alone.
+fn locked(builder: &tempfile::Builder, folder: &Path) -> io::Result<NamedTempFile> {
+    loop {
+        let file = builder.tempfile_in(folder)?;
+        // A file system without locks loses what a killed program leaves.
+        let _ = file.as_file().lock();
+        // Before it was locked, another program may have taken it for that.
+        if file.path().try_exists()? {
+            return Ok(file);
+        }
+    }
 }
 
 /// How names of files end that [`replace`] has not finished, and how many digits at random are before that.
@@ -151,9 +173,10 @@ fn remove_left(folder: &Path, name: &std::ffi::OsStr) {
         let own = path.file_name().and_then(|own| own.to_str()).unwrap_or_default();
         let digits = own.strip_prefix(name).and_then(|rest| rest.strip_prefix('.')?.strip_suffix(LEFT));
         if digits.is_some_and(|digits| digits.len() == DIGITS)
-            && open_own(&path).is_ok_and(|file| file.try_lock().is_ok())
+            && let Ok(file) = open_own(&path)
+            && file.try_lock().is_ok()
         {
-            // What cannot be removed does no harm.
+            // It stays locked until it is gone. What cannot be removed does no harm.
             let _ = std::fs::remove_file(&path);
         }
     }
@@ -164,9 +187,18 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Puts a new name on the disk, where folders can be synced. Without it the file is whole, and found under its earlier
-/// name after a power failure.
-pub(crate) fn sync_folder(path: &Path) {
+/// Makes a folder and those above it, and puts their names on the disk.
+pub(crate) fn create_folders(path: &Path) -> io::Result<()> {
+    let is_missing = |one: &&Path| !one.as_os_str().is_empty() && !one.exists();
+    let missing: Vec<&Path> = path.ancestors().take_while(is_missing).collect();
+    create_dir_all(path)?;
+    missing.into_iter().for_each(sync_folder);
+    Ok(())
+}
+
+/// Puts the names beside a file on the disk, its own as well, where folders can be synced. Before that a power failure may take back that
+/// files were created, renamed and removed, each apart from the others; syncing a file keeps its content and not its name.
+pub fn sync_folder(path: &Path) {
     let _ = File::open(folder_of(path)).and_then(|folder| folder.sync_all());
 }
 

@@ -219,10 +219,11 @@ fn refuse_inputs(plan: &Plan, simulation: &Simulation) -> Result<(), Failure> {
 fn remove_earlier(plan: &Plan) -> io::Result<()> {
     let remove = |path: &Path| match std::fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
+        removed => Ok(removed.is_ok()),
     };
-    if plan.begin() == Begin::New {
-        remove(&plan.checkpoint())?;
+    // After a power failure nothing must go on from it with the files of this run.
+    if plan.begin() == Begin::New && remove(&plan.checkpoint())? {
+        files::sync_folder(&plan.checkpoint());
     }
     let path = plan.dir.join("summary.json");
     let Ok(text) = files::read(&path, LONGEST_SUMMARY) else { return Ok(()) };
@@ -238,7 +239,9 @@ fn remove_earlier(plan: &Plan) -> io::Result<()> {
         }
         remove(&path)?;
     }
-    remove(&path)
+    // It names them until they are gone for good.
+    files::sync_folder(&path);
+    remove(&path).map(drop)
 }
 
 /// More than any summary has [byte].

@@ -18,6 +18,8 @@ pub(crate) struct Part {
     buffer: Vec<u8>,
     /// Bytes in the file.
     written: u64,
+    /// A power failure leaves the file one of its names.
+    is_named: bool,
 }
 
 impl Part {
@@ -44,7 +46,8 @@ impl Part {
             }
         };
         let (file, written) = open().map_err(|error| in_file(&part, error))?;
-        Ok(Self { path: path.to_owned(), part, file, buffer: Vec::new(), written })
+        let is_named = begin == Begin::Again;
+        Ok(Self { path: path.to_owned(), part, file, buffer: Vec::new(), written, is_named })
     }
 
     /// Length so far [byte].
@@ -92,15 +95,24 @@ impl Part {
         remove_file(&self.part).map_err(|error| in_file(&self.part, error))
     }
 
-    /// Puts everything so far on the disk.
+    /// Puts everything so far on the disk, and the file's name, which a checkpoint counts on.
     pub fn sync(&mut self) -> io::Result<()> {
+        self.sync_content()?;
+        if !self.is_named {
+            sync_folder(&self.part);
+            self.is_named = true;
+        }
+        Ok(())
+    }
+
+    fn sync_content(&mut self) -> io::Result<()> {
         self.flush()?;
         self.file.sync_all().map_err(|error| in_file(&self.part, error))
     }
 
     /// Syncs the file and gives it its name.
     pub fn finish(mut self) -> io::Result<PathBuf> {
-        self.sync()?;
+        self.sync_content()?;
         let path = self.finish_later()?;
         sync_folder(&path);
         Ok(path)

@@ -6,7 +6,7 @@ use super::part::{Part, check_file};
 use super::vtu_mesh::Grid;
 use super::{Begin, FrameSink, Positions, file_stems};
 use crate::files::{self, in_file, sync_folder};
-use std::fs::{File, create_dir_all, read_dir, remove_dir, remove_file};
+use std::fs::{File, read_dir, remove_dir, remove_file};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -108,6 +108,8 @@ impl Vtu {
         for name in names.filter(|name| Path::new(name).file_name() == Some(name.as_ref())) {
             remove(&folder.join(name))?;
         }
+        // Without the list nobody would know them after a power failure.
+        sync_folder(&folder.join(FOLDER));
         // A folder with other files in it stays.
         let _ = remove_dir(&folder);
         remove(path)
@@ -153,7 +155,7 @@ impl FrameSink for Vtu {
             return Err(self.pvd.refuse(what));
         }
         if self.frames == 0 {
-            create_dir_all(&self.folder).map_err(|error| in_file(&self.folder, error))?;
+            files::create_folders(&self.folder).map_err(|error| in_file(&self.folder, error))?;
             self.files()?.iter().try_for_each(|(path, _)| remove(path))?;
         }
         let mut lines = String::new();

@@ -1,7 +1,7 @@
 //! One run at a time in a folder.
 
-use crate::files::{in_file, open_or_create_own};
-use std::fs::{File, TryLockError, create_dir_all, remove_dir, remove_file};
+use crate::files::{create_folders, in_file, open_or_create_own, sync_folder};
+use std::fs::{File, TryLockError, remove_dir, remove_file};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,9 @@ impl RunLock {
     /// Where another program has it, of the kind `ResourceBusy`; and where it cannot be made or written to.
     pub fn take(dir: &Path) -> io::Result<Self> {
         let made = !dir.exists();
-        create_dir_all(dir)?;
+        create_folders(dir)?;
+        // Somebody else may have made it a moment ago.
+        sync_folder(dir);
         let path = dir.join("lock.part");
         let file = open_or_create_own(&path).map_err(|error| in_file(&path, error))?;
         let lock = Self { file, path, made };

@@ -5,7 +5,7 @@ use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use taffeta::Precision;
-use taffeta_io::files::replace;
+use taffeta_io::files::{create, replace};
 use taffeta_io::output::{Begin, Npy};
 use taffeta_io::program::RunLock;
 use taffeta_io::{Checkpoint, load_scene};
@@ -121,6 +121,29 @@ fn what_killed_programs_left_of_replacing_goes_and_what_others_are_at_stays() {
     fs::write(desk.path("c.own.part"), "of the user").unwrap();
     replace(&desk.path("c"), &[b"new"]).unwrap();
     assert_eq!(desk.names(), ["c", "c.0123456789ab.part", "c.link56789abc.part", "c.own.part", "theirs"]);
+    desk.is_as_it_was();
+}
+
+#[test]
+fn programs_that_replace_a_file_at_once_do_not_disturb_each_other() {
+    let desk = Desk::new();
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| (0..50).for_each(|_| replace(&desk.path("c"), &[b"whole"]).unwrap()));
+        }
+    });
+    assert_eq!(fs::read_to_string(desk.path("c")).unwrap(), "whole");
+    assert_eq!(desk.names(), ["c", "theirs"]);
+}
+
+#[test]
+fn a_file_is_emptied_and_a_link_is_not_followed() {
+    let desk = Desk::new();
+    fs::write(desk.path("half"), "half").unwrap();
+    create(&desk.path("half")).unwrap();
+    assert_eq!(fs::read(desk.path("half")).unwrap(), b"");
+    symlink(desk.path("theirs"), desk.path("link")).unwrap();
+    assert!(create(&desk.path("link")).unwrap_err().to_string().contains("is a link to a file elsewhere"));
     desk.is_as_it_was();
 }
 
