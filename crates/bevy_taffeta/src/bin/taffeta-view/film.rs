@@ -1,5 +1,6 @@
 //! Where the pictures of a film go: into an MP4 by ffmpeg, or into PNG files.
 
+use bevy_taffeta::taffeta_io::files;
 use bevy_taffeta::taffeta_io::program::Failure;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
@@ -92,7 +93,7 @@ impl Folder {
     fn clear(&self) -> io::Result<usize> {
         fs::create_dir_all(&self.path)?;
         let probe = self.path.join("frame.part");
-        File::create(&probe)?;
+        files::create(&probe)?;
         fs::remove_file(&probe)?;
         let mut removed = 0;
         while fs::remove_file(self.file(removed)).is_ok() {
@@ -111,8 +112,10 @@ impl Folder {
 /// Writes a picture as PNG, which has its name only when it is whole.
 pub fn write_png(path: &Path, rgba: &[u8], [width, height]: [u32; 2]) -> io::Result<()> {
     let part = with_part(path);
+    // What others have put there stays.
+    let file = files::create(&part)?;
     let write = || -> io::Result<()> {
-        let mut encoder = png::Encoder::new(BufWriter::new(File::create(&part)?), width, height);
+        let mut encoder = png::Encoder::new(BufWriter::new(file), width, height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -131,7 +134,7 @@ pub fn probe(path: &Path) -> Result<(), Failure> {
     let found = if path.is_dir() {
         Err(io::Error::from(io::ErrorKind::IsADirectory))
     } else {
-        File::create(&part).and_then(|_| fs::remove_file(&part))
+        files::create(&part).and_then(|_| fs::remove_file(&part))
     };
     found.map_err(|error| unwritable(path, &error))
 }

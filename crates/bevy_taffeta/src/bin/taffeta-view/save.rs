@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::Scene;
-use bevy_taffeta::taffeta_io::{load_scene, parse_scene};
+use bevy_taffeta::taffeta_io::{files, load_scene, parse_scene};
 use bevy_taffeta::{FromScene, Running};
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ impl Source {
             1 => folder.join(format!("{stem}-{mark}.{ending}")),
             number => folder.join(format!("{stem}-{mark}-{number}.{ending}")),
         };
-        (1..).map(name).find(|path| !path.exists()).unwrap_or_else(|| name(1))
+        (1..).map(name).find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| name(1))
     }
 }
 
@@ -177,7 +177,7 @@ pub fn edited<'a>(
 pub fn write(scene: &Scene, path: &Path) -> Result<String, String> {
     let unsaved = |why: String| format!("{} was not saved: {why}", path.display());
     let text = toml::to_string_pretty(scene).map_err(|error| unsaved(error.to_string()))?;
-    std::fs::write(path, text).map_err(|error| unsaved(error.to_string()))?;
+    files::replace(path, &[text.as_bytes()]).map_err(|error| unsaved(error.to_string()))?;
     load_scene(path, &[]).map_err(|error| format!("{} cannot be read again: {error}", shown(path)))?;
     saved(path)
 }
