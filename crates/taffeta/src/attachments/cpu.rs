@@ -10,8 +10,8 @@ use crate::attachments::joints::{self, GroupJoint};
 use crate::backend::SolverState;
 use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
 use crate::motion::pins::Motion;
@@ -20,6 +20,7 @@ use crate::report::FrameSums;
 use crate::step::Op;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Joints and tethers.
 pub struct Attachments<T> {
@@ -45,7 +46,7 @@ pub struct Attachments<T> {
     /// Whether any joint may break.
     breaks: bool,
     /// Whether each joint is broken.
-    broken: Shared<bool>,
+    broken: Vec<AtomicBool>,
     scratch: PerWorker<AttachScratch<T>>,
 }
 
@@ -148,12 +149,16 @@ impl<T: Real> Attachments<T> {
             tethers,
             groups: all.groups.clone(),
             breaks: all.breaks(),
-            broken: vec![false; all.joints.len()].into(),
+            broken: all.joints.iter().map(|_| AtomicBool::new(false)).collect(),
             scratch: PerWorker::new(context.workers(), |_| AttachScratch::default()),
             joints_of: all.joints_of.clone(),
             tethers_of: all.tethers_of.clone(),
             nodes,
         })
+    }
+
+    fn is_broken(&self, joint: usize) -> bool {
+        self.broken[joint].load(Ordering::Relaxed)
     }
 }
 
@@ -188,8 +193,7 @@ impl<T: Real> Feature<T> for Attachments<T> {
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        // SAFETY: each worker has its own.
-        let scratch = unsafe { self.scratch.of(worker.index) };
+        let scratch = &mut *self.scratch.of(worker.index);
         let (closing, motions) = (worker.substep.closing(), worker.substep.motions());
         let mut attach = AttachWorker { setup: self, scratch, worker, closing, motions };
         attach.respond();
@@ -204,26 +208,25 @@ impl<T: Real> Feature<T> for Attachments<T> {
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        // SAFETY: as in `run`.
-        let (responses, held_back) = unsafe { self.scratch.of(tile.worker) }.of_tile(tile.number);
+        let scratch = self.scratch.read(tile.worker);
+        let (responses, held_back) = scratch.of_tile(tile.number);
         tile.move_nodes(responses.iter().map(|&(node, state)| (node as usize, state)));
         held_back.iter().for_each(|held| held.apply(&self.slices, tile));
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        sums.broken = self.broken.get_mut().iter().map(|&broken| u64::from(broken)).sum();
+        sums.broken = self.broken.iter_mut().map(|broken| u64::from(*broken.get_mut())).sum();
     }
 
     /// Whether each joint is whole; empty if none can break.
     fn save(&self, state: &mut SolverState) {
-        // SAFETY: no worker works between frames.
-        let broken = unsafe { self.broken.read() };
-        state.joints = if self.breaks { broken.iter().map(|broken| !broken).collect() } else { Vec::new() };
+        let is_whole = |joint: usize| !self.is_broken(joint);
+        state.joints = if self.breaks { (0..self.joints.len()).map(is_whole).collect() } else { Vec::new() };
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (index, broken) in self.broken.get_mut().iter_mut().enumerate() {
-            *broken = state.joints.get(index) == Some(&false);
+        for (index, broken) in self.broken.iter_mut().enumerate() {
+            *broken.get_mut() = state.joints.get(index) == Some(&false);
         }
     }
 
@@ -259,7 +262,6 @@ struct AttachWorker<'w, 'a, T> {
 /// The state that corrections are computed from, until the next barrier.
 struct Found<'a, T> {
     state: [&'a [T]; 6],
-    broken: &'a [bool],
 }
 
 impl<T: Real> Found<'_, T> {
@@ -272,11 +274,8 @@ impl<T: Real> Found<'_, T> {
 impl<T: Real> AttachWorker<'_, '_, T> {
     /// Computes the corrections of its nodes.
     pub fn respond(&mut self) {
-        // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
-        let found = unsafe {
-            let state = self.worker.next().each_ref().map(|column| column.read());
-            Found { state, broken: self.setup.broken.read() }
-        };
+        // SAFETY: all have written their nodes before a barrier, and change them after another.
+        let found = Found { state: self.worker.next().each_ref().map(|column| unsafe { column.read() }) };
         let AttachScratch { responses, held_back, ends, broken, solved, corrections, sums, .. } =
             &mut *self.scratch;
         responses.clear();
@@ -335,7 +334,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         let node = setup.nodes[number as usize];
         let mut sum = [T::ZERO; 3];
         let indices = setup.joints_of.row(number as usize);
-        for &index in indices.iter().filter(|&&index| !found.broken[index as usize]) {
+        for &index in indices.iter().filter(|&&index| !setup.is_broken(index as usize)) {
             let joint = &setup.joints[index as usize];
             let correction = match joint.group {
                 Some(group) => {
@@ -384,7 +383,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         self.scratch.group_joints.clear();
         self.scratch.members.clear();
         let indices = self.setup.groups.row(group).iter();
-        for &index in indices.filter(|&&index| !found.broken[index as usize]) {
+        for &index in indices.filter(|&&index| !self.setup.is_broken(index as usize)) {
             let joint = &self.setup.joints[index as usize];
             let (d, masses, length, softness) = self.gap(joint, found);
             self.scratch.corrections[index as usize] = JointCorrection::default();
@@ -412,13 +411,10 @@ impl<T: Real> AttachWorker<'_, '_, T> {
     fn note_broken(&mut self) {
         let colliders = self.worker.features.get::<Colliders<T>>();
         for &index in &self.scratch.broken {
-            // SAFETY: only the worker of the first end notes this; all read it before the last barrier, and again after
-            // the sub-step's last.
-            unsafe {
-                *self.setup.broken.item(index as usize) = true;
-                if let Some(colliders) = colliders {
-                    colliders.set_released(index, true);
-                }
+            // Only the worker of the first end notes this; all read it before the last barrier, and again after the sub-step's last.
+            self.setup.broken[index as usize].store(true, Ordering::Relaxed);
+            if let Some(colliders) = colliders {
+                colliders.release(index);
             }
         }
     }

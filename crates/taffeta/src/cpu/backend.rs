@@ -4,11 +4,12 @@ use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::cpu::attendance::Attendance;
 use crate::cpu::balance::Balance;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::clock::Clock;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Features};
+use crate::cpu::numbers::TileMarks;
 use crate::cpu::resting::Resting;
-use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::states::{States, Turn};
 use crate::cpu::team::Team;
@@ -82,7 +83,7 @@ pub struct CpuBackend<T> {
     pub(crate) chunks: Vec<Range<usize>>,
     pub(crate) states: States<T>,
     pub(crate) turn: Turn,
-    marks: Shared<Marks>,
+    marks: Vec<TileMarks>,
     scratch: PerWorker<Scratch<T>>,
     pub(crate) input: FrameInput,
     resting: Resting,
@@ -120,7 +121,7 @@ impl<T: Real> CpuBackend<T> {
         let marks = |plan: &TilePlan| features.iter().fold(Marks::NONE, |all, one| all.and(one.marks(plan)));
         assembly.release();
         Ok(Self {
-            marks: nodes.tiles.iter().map(marks).collect::<Vec<_>>().into(),
+            marks: nodes.tiles.iter().map(|plan| marks(plan).into()).collect(),
             scratch: PerWorker::new(workers, |_| Scratch::new(largest)),
             balance: Balance::new(workers, clock.elapsed().as_secs_f64()),
             attendance: Attendance::new(workers),
@@ -172,8 +173,7 @@ impl<T: Real> CpuBackend<T> {
     /// Runs the frame that starts at time `start` [s], as finely as it was before.
     fn run_frame(&mut self, start: f64) {
         self.begin_resting();
-        // SAFETY: no worker works between frames.
-        let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
+        let state = self.states[self.turn.now].each_mut().map(|column| &*column.get_mut());
         for feature in self.features.iter_mut() {
             feature.prepare(&self.assembly, start, state);
         }
@@ -230,8 +230,7 @@ impl<T: Real> CpuBackend<T> {
         let seconds = start.elapsed().as_secs_f64();
         (0..done).for_each(|_| self.turn.pass());
         self.sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
-        // SAFETY: no worker works between frames.
-        let state = self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() });
+        let state = self.states[self.turn.now].each_mut().map(|column| &*column.get_mut());
         for feature in self.features.iter_mut() {
             feature.measure(state, done, &mut self.sums);
         }
@@ -326,10 +325,14 @@ impl<T: Real> CpuBackend<T> {
         });
     }
 
-    /// A column of the present state.
-    fn column(&self, axis: usize) -> &[T] {
+    /// A column of the present state, or of that after the sub-step.
+    pub(crate) fn column_of(&self, next: bool, axis: usize) -> &[T] {
         // SAFETY: workers work while a frame runs, which borrows the backend mutably.
-        unsafe { self.states[self.turn.now][axis].read() }
+        unsafe { self.states[if next { self.turn.next() } else { self.turn.now }][axis].read() }
+    }
+
+    fn column(&self, axis: usize) -> &[T] {
+        self.column_of(false, axis)
     }
 }
 

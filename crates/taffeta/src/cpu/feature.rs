@@ -23,7 +23,8 @@ pub enum Flow {
 }
 
 /// A feature on the CPU. All workers share it. What it changes in a frame is in
-/// [`Shared`](crate::cpu::shared::Shared) and [`PerWorker`](crate::cpu::shared::PerWorker).
+/// [`PerWorker`](crate::cpu::cells::PerWorker), in [`Numbers`](crate::cpu::numbers::Numbers), and in [`Shared`](crate::cpu::shared::Shared)
+/// where it is much of each place.
 pub trait Feature<T: Real>: Any + Send + Sync {
     /// The operations that it carries out. If several features carry out one, they do so in the order of the list of
     /// features.

@@ -5,10 +5,12 @@ pub mod backend;
 pub mod balance;
 #[cfg(feature = "gpu")]
 pub mod between;
+pub mod cells;
 pub mod clock;
 pub mod column;
 pub mod feature;
 pub mod lanes;
+pub mod numbers;
 pub mod places;
 pub mod resting;
 #[cfg(feature = "gpu")]

@@ -17,12 +17,6 @@ impl<T: Real> CpuBackend<T> {
         self.features.get_mut()
     }
 
-    /// A column of the present state, or of that after the sub-step.
-    fn column_of(&self, next: bool, axis: usize) -> &[T] {
-        // SAFETY: workers work while the backend is borrowed mutably.
-        unsafe { self.states[if next { self.turn.next() } else { self.turn.now }][axis].read() }
-    }
-
     /// Sets a place in the state after the sub-step, as position [m], then velocity [m/s].
     pub fn set_after(&mut self, place: usize, state: [T; 6]) {
         let after = &mut self.states[self.turn.next()];
@@ -70,7 +64,7 @@ impl<T: Real> CpuBackend<T> {
             worker.each_tile(|tile| {
                 load(tile, &between);
                 for &op in &operations {
-                    let marks = *tile.marks;
+                    let marks = tile.marks.get();
                     if list.iter().any(|pass| pass.op == op && pass.on.chooses(marks)) {
                         tile.features.of(op).for_each(|feature| feature.tile(op, tile));
                     }

@@ -2,7 +2,6 @@
 
 use crate::cpu::column::Column;
 use crate::real::Real;
-use std::cell::UnsafeCell;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -93,38 +92,6 @@ impl<T> Shared<T> {
         // SAFETY: promised by the caller.
         let one = unsafe { self.write(index..index + 1) };
         &mut one[0]
-    }
-}
-
-/// A value for each worker, on cache lines of its own, so that workers do not contend.
-pub struct PerWorker<S>(Vec<Own<S>>);
-
-#[repr(align(128))]
-struct Own<S>(UnsafeCell<S>);
-
-// SAFETY: each worker reaches its own alone, by the promise of `PerWorker::of`.
-unsafe impl<S: Send> Sync for PerWorker<S> {}
-
-impl<S> PerWorker<S> {
-    /// One for each of some workers.
-    pub fn new(workers: usize, make: impl Fn(usize) -> S) -> Self {
-        Self((0..workers).map(|worker| Own(UnsafeCell::new(make(worker)))).collect())
-    }
-
-    /// That of a worker.
-    ///
-    /// # Safety
-    /// Only this worker asks for it, and holds no other reference to it.
-    #[inline]
-    #[expect(clippy::mut_from_ref, reason = "the promise above is what makes the reference unique")]
-    pub unsafe fn of(&self, worker: usize) -> &mut S {
-        // SAFETY: promised by the caller.
-        unsafe { &mut *self.0[worker].0.get() }
-    }
-
-    /// All of them, where no worker works.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut S> {
-        self.0.iter_mut().map(|own| own.0.get_mut())
     }
 }
 

@@ -3,12 +3,12 @@
 use crate::backend::FrameInput;
 use crate::cpu::column::Column;
 use crate::cpu::feature::Features;
+use crate::cpu::numbers::TileMarks;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::tiles::TilePlan;
 use crate::plan::Substep;
 use crate::real::Real;
-use crate::step::Marks;
 use std::ops::Range;
 
 /// Position [m] and velocity [m/s] by axis: x, y, z, then their rates.
@@ -76,7 +76,7 @@ pub struct Tile<'a, T> {
     /// The worker's scratch memory.
     pub scratch: &'a mut Scratch<T>,
     /// Its marks.
-    pub marks: &'a mut Marks,
+    pub marks: &'a TileMarks,
     /// Nodes that have been moved since contact was resolved.
     pub moved: Moved<T>,
 }

@@ -1,10 +1,11 @@
 //! A worker of a frame: it executes the list of `step.rs`.
 
 use crate::backend::FrameInput;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::clock::Clock;
 use crate::cpu::feature::{Features, Flow};
+use crate::cpu::numbers::TileMarks;
 use crate::cpu::resting::Resting;
-use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::states::{States, Turn};
 use crate::cpu::team::Barrier;
 use crate::cpu::tile::{Fields, Moved, Nodes, Scratch, Tile};
@@ -74,7 +75,7 @@ pub struct Worker<'a, T> {
     pub states: &'a States<T>,
     pub turn: Turn,
     /// The marks of each tile.
-    pub marks: &'a Shared<Marks>,
+    pub marks: &'a [TileMarks],
     /// Which bodies rest: nothing of them changes, so nothing of them is computed.
     pub resting: &'a Resting,
     /// Scratch memory.
@@ -160,10 +161,11 @@ impl<'a, T: Real> Worker<'a, T> {
             self.barrier.wait();
         }
         let (features, clock) = (self.features, self.clock.clone());
+        let mut scratch = self.scratch.of(self.index);
         for index in self.awake_tiles() {
-            let mut tile = self.tile(index);
+            let mut tile = self.tile(index, &mut scratch);
             for pass in passes {
-                if pass.on.chooses(*tile.marks) {
+                if pass.on.chooses(tile.marks.get()) {
                     let run = || features.of(pass.op).for_each(|feature| feature.tile(pass.op, &mut tile));
                     Clock::time(clock.as_deref(), Some(pass.op.stage()), run);
                 }
@@ -177,7 +179,10 @@ impl<'a, T: Real> Worker<'a, T> {
     }
 
     /// A tile of its chunk.
-    fn tile(&self, index: usize) -> Tile<'a, T> {
+    fn tile<'t>(&self, index: usize, scratch: &'t mut Scratch<T>) -> Tile<'t, T>
+    where
+        'a: 't,
+    {
         Tile {
             nodes: self.nodes,
             features: self.features,
@@ -189,17 +194,16 @@ impl<'a, T: Real> Worker<'a, T> {
             worker: self.index,
             old: self.old(),
             next: self.next(),
-            // SAFETY: a worker has one tile at a time, which alone uses this.
-            scratch: unsafe { self.scratch.of(self.index) },
-            // SAFETY: each tile is in one worker's chunk, and nobody else looks at its marks before the next barrier.
-            marks: unsafe { self.marks.item(index) },
+            scratch,
+            marks: &self.marks[index],
             moved: Moved::None,
         }
     }
 
     /// Does something with each tile of its chunk whose body does not rest.
-    pub fn each_tile(&self, mut job: impl FnMut(&mut Tile<'a, T>)) {
-        self.awake_tiles().for_each(|index| job(&mut self.tile(index)));
+    pub fn each_tile(&self, mut job: impl FnMut(&mut Tile<'_, T>)) {
+        let mut scratch = self.scratch.of(self.index);
+        self.awake_tiles().for_each(|index| job(&mut self.tile(index, &mut scratch)));
     }
 
     /// Tiles of its chunk whose bodies do not rest.
@@ -210,8 +214,7 @@ impl<'a, T: Real> Worker<'a, T> {
 
     /// The state at the start of the sub-step.
     pub fn old(&self) -> [&'a [T]; 6] {
-        // SAFETY: in a sub-step all workers read this buffer and write another; they take turns after a barrier.
-        self.states[self.turn.now].each_ref().map(|column| unsafe { column.read() })
+        std::array::from_fn(|axis| self.old_column(axis))
     }
 
     /// Position of a place before the sub-step [m].
@@ -229,11 +232,13 @@ impl<'a, T: Real> Worker<'a, T> {
     /// Three columns from one on at a place: all six as slices would take longer than what is read of them.
     #[inline(always)]
     fn old_three(&self, first: usize, place: usize) -> [T; 3] {
-        let columns = &self.states[self.turn.now];
-        // SAFETY: as in `old`.
-        unsafe {
-            [columns[first].read()[place], columns[first + 1].read()[place], columns[first + 2].read()[place]]
-        }
+        [0, 1, 2].map(|axis| self.old_column(first + axis)[place])
+    }
+
+    #[inline(always)]
+    fn old_column(&self, axis: usize) -> &'a [T] {
+        // SAFETY: in a sub-step all workers read this buffer and write another; they take turns after a barrier.
+        unsafe { self.states[self.turn.now][axis].read() }
     }
 
     /// The state after it.
@@ -269,18 +274,13 @@ impl<'a, T: Real> Worker<'a, T> {
     /// Marks the tiles of its chunk that have nodes to move in the next passes.
     pub fn mark_moved(&self, moved: impl Fn(usize) -> bool) {
         for tile in self.tiles.clone() {
-            // SAFETY: each tile is in one worker's chunk.
-            let marks = unsafe { self.marks.item(tile) };
-            *marks = marks.without(Marks::MOVED);
-            if moved(tile) {
-                *marks = marks.and(Marks::MOVED);
-            }
+            let marks = self.marks[tile].get().without(Marks::MOVED);
+            self.marks[tile].set(if moved(tile) { marks.and(Marks::MOVED) } else { marks });
         }
     }
 
     /// Whether any tile of the scene has a mark. All workers must have synchronised since marks were set.
     pub fn any_tile_has(&self, mark: Marks) -> bool {
-        // SAFETY: written before a barrier, and written again after another.
-        unsafe { self.marks.read() }.iter().any(|marks| marks.has(mark))
+        self.marks.iter().any(|marks| marks.has(mark))
     }
 }

@@ -3,9 +3,10 @@
 
 use crate::assembly::Assembly;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::Cells;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::lanes::Lanes;
-use crate::cpu::shared::Shared;
+use crate::cpu::numbers::Numbers;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
@@ -20,10 +21,10 @@ const CHUNK: usize = 4096;
 /// Sums over nodes, and the volumes of closed bodies.
 pub struct Measures {
     /// By tile.
-    nodes: Shared<StateSums>,
+    nodes: Cells<StateSums>,
     chunks: Vec<VolumeChunk>,
     /// By chunk [m³].
-    volumes: Shared<f64>,
+    volumes: Numbers<1>,
 }
 
 /// A few triangles of one closed body, by solver index.
@@ -69,8 +70,8 @@ impl Measures {
     pub fn new<T>(context: &Context<'_, T>) -> Self {
         let chunks = VolumeChunk::all(context.assembly);
         Self {
-            nodes: vec![StateSums::default(); context.nodes.tiles.len()].into(),
-            volumes: vec![0.0; chunks.len()].into(),
+            nodes: Cells::new(context.nodes.tiles.len(), |_| StateSums::default()),
+            volumes: Numbers::new(chunks.len()),
             chunks,
         }
     }
@@ -78,7 +79,7 @@ impl Measures {
     /// Sums over the tiles that `chosen` says, as last measured.
     pub fn sums_of(&mut self, chosen: impl Fn(usize) -> bool) -> StateSums {
         let mut all = StateSums::default();
-        let tiles = self.nodes.get_mut().iter().enumerate();
+        let tiles = self.nodes.iter_mut().enumerate();
         tiles.filter(|(tile, _)| chosen(*tile)).for_each(|(_, sums)| all.add(sums));
         all
     }
@@ -92,8 +93,7 @@ impl<T: Real> Feature<T> for Measures {
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
         let state = worker.old();
         for index in worker.part(self.chunks.len()) {
-            // SAFETY: one item a chunk, in one worker's part, read after the frame.
-            *unsafe { self.volumes.item(index) } = self.chunks[index].volume(state);
+            self.volumes.set(index, [self.chunks[index].volume(state)]);
         }
         Flow::Go
     }
@@ -106,16 +106,15 @@ impl<T: Real> Feature<T> for Measures {
                 state: tile.old.map(|column| &column[run.clone()]),
             }));
         }
-        // SAFETY: one item a tile, read after the frame.
-        *unsafe { self.nodes.item(tile.index) } = sums;
+        *self.nodes.of(tile.index) = sums;
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
         let all = self.sums_of(|_| true);
         let (springs, max_stretch, contacts) = (sums.all.springs, sums.all.max_stretch, sums.all.contacts);
         sums.all = StateSums { springs, max_stretch, contacts, ..all };
-        for (chunk, volume) in self.chunks.iter().zip(self.volumes.get_mut()) {
-            *sums.volumes[chunk.body].get_or_insert(0.0) += *volume;
+        for (chunk, [volume]) in self.chunks.iter().zip(self.volumes.iter()) {
+            *sums.volumes[chunk.body].get_or_insert(0.0) += volume;
         }
     }
 }

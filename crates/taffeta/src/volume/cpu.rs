@@ -2,9 +2,10 @@
 
 use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::{Moved, Tile};
 use crate::cpu::tiles::{TILE_NODES, TilePlan};
@@ -81,22 +82,15 @@ impl<T: Real> Volumes<T> {
         unsafe { self.sums.read() }
     }
 
-    /// The scratch memory of a worker.
-    #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
-    fn scratch(&self, worker: usize) -> &mut VolumeScratch<T> {
-        // SAFETY: each worker has its own; each operation asks once and keeps nothing of it.
-        unsafe { self.scratch.of(worker) }
-    }
-
     /// The volume of a tile, and its correction.
     fn correction_of(&self, tile: &Tile<'_, T>) -> Option<(usize, VolumeCorrection<T>)> {
         let volume = self.of_body[tile.plan.body]?;
-        Some((volume, self.scratch(tile.worker).corrections[volume]?))
+        Some((volume, self.scratch.read(tile.worker).corrections[volume]?))
     }
 
     /// Sets the reference positions from a state.
     fn note_origins(&self, worker: usize, state: [&[T]; 3]) {
-        for (origin, volume) in self.scratch(worker).origins.iter_mut().zip(&self.bodies) {
+        for (origin, volume) in self.scratch.of(worker).origins.iter_mut().zip(&self.bodies) {
             *origin = state.map(|column| column[volume.first]);
         }
     }
@@ -120,7 +114,7 @@ impl<T: Real> Volumes<T> {
     fn nodes<'t>(&'t self, tile: &Tile<'t, T>, volume: usize) -> Nodes<'t, T> {
         let (body, run) = (&self.bodies[volume], tile.run());
         Nodes {
-            origin: self.scratch(tile.worker).origins[volume],
+            origin: self.scratch.read(tile.worker).origins[volume],
             inverse_mass: &tile.nodes.inverse_mass[run.clone()],
             mass: &tile.nodes.mass[run.clone()],
             weights: body
@@ -135,8 +129,14 @@ impl<T: Real> Volumes<T> {
         let springs = tile.features.get::<Springs<T>>().and_then(|springs| springs.rings(tile.plan.body));
         let Some(springs) = springs else { return };
         let old = tile.old.map(|column| &column[tile.plan.first..]);
-        let (units, gradient) = (tile.plan.units.clone(), &mut self.scratch(tile.worker).gradient);
-        springs.springs_and_gradients(tile.nodes.level, units, old, &mut tile.scratch.force, gradient);
+        let (units, scratch) = (tile.plan.units.clone(), &mut *self.scratch.of(tile.worker));
+        springs.springs_and_gradients(
+            tile.nodes.level,
+            units,
+            old,
+            &mut tile.scratch.force,
+            &mut scratch.gradient,
+        );
     }
 
     /// Finds the gradient of the volume alone, from positions by axis.
@@ -144,15 +144,16 @@ impl<T: Real> Volumes<T> {
         let springs = tile.features.get::<Springs<T>>().and_then(|springs| springs.rings(tile.plan.body));
         let Some(springs) = springs else { return };
         let positions = positions.map(|column| &column[tile.plan.first..]);
-        let (units, gradient) = (tile.plan.units.clone(), &mut self.scratch(tile.worker).gradient);
-        springs.gradients(tile.nodes.level, units, positions, gradient);
+        let (units, scratch) = (tile.plan.units.clone(), &mut *self.scratch.of(tile.worker));
+        springs.gradients(tile.nodes.level, units, positions, &mut scratch.gradient);
     }
 
     /// Stores forces and gradients, and adds up the sums of the multiplier.
     fn sum_up(&self, tile: &Tile<'_, T>) {
         let Some(volume) = self.of_body[tile.plan.body] else { return };
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
-        let (n, force, gradient) = (run.len(), &tile.scratch.force, &self.scratch(tile.worker).gradient);
+        let scratch = self.scratch.read(tile.worker);
+        let (n, force, gradient) = (run.len(), &tile.scratch.force, &scratch.gradient);
         // There is no state after until the multiplier is known, so its buffer stores them.
         for (axis, kept) in tile.after(&run).into_iter().enumerate() {
             kept.copy_from_slice(if axis < 3 { &gradient[axis][..n] } else { &force[axis - 3][..n] });
@@ -189,7 +190,7 @@ impl<T: Real> Volumes<T> {
     ) {
         // SAFETY: sums are written before a barrier and read after it.
         let sums = unsafe { self.sums.read() };
-        let corrections = &mut self.scratch(worker.index).corrections;
+        let corrections = &mut self.scratch.of(worker.index).corrections;
         for volume in (0..self.bodies.len()).filter(|volume| chosen(*volume)) {
             corrections[volume] = solve(&self.bodies[volume], sums, worker.substep.goals()[volume]);
         }
@@ -242,7 +243,7 @@ impl<T: Real> Volumes<T> {
         });
         worker.synchronise();
         self.solve(worker, projects, |body, sums, goal| body.projection(sums, goal));
-        let corrections = &self.scratch(worker.index).corrections;
+        let corrections = &self.scratch.read(worker.index).corrections;
         let off = |volume: usize| projects(volume) && corrections[volume].is_some();
         worker.mark_moved(|tile| self.of_body[worker.nodes.tiles[tile].body].is_some_and(off));
         if (0..self.bodies.len()).any(off) { Flow::Go } else { Flow::Done }
@@ -253,7 +254,7 @@ impl<T: Real> Volumes<T> {
         let Some(volume) = self.of_body[tile.plan.body] else { return };
         self.find_gradients(tile, next);
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
-        let gradient = &self.scratch(tile.worker).gradient;
+        let gradient = &self.scratch.read(tile.worker).gradient;
         for (kept, new) in self.new_gradients(tile, volume).into_iter().zip(gradient) {
             kept.copy_from_slice(&new[..run.len()]);
         }

@@ -255,7 +255,7 @@ fn particles(bench: &mut Bench<'_>) -> Result<(), String> {
         let force = forces_found(&fixture, &forces_and_weights(&fixture, &poison(&fixture)), &found, 0);
         let parts = parts(&fixture, &fixture.old.position, &found, 0);
         let mut kept = force.clone();
-        let held = fixture.cpu.feature::<HeldForces<f32>>().expect("bodies have pins");
+        let held = fixture.cpu.feature::<HeldForces>().expect("bodies have pins");
         for (place, [x, y, z]) in held.all().filter(|(place, _)| force[*place][0].is_finite()) {
             kept[place] = [x, y, z, 0.0];
         }

@@ -8,8 +8,9 @@ use crate::contact::colliders::run::Contact;
 use crate::cpu::backend::{Context, padded};
 #[cfg(feature = "gpu")]
 use crate::cpu::between::Between;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::Feature;
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::shared::Shared;
 use crate::cpu::tile::{Moved, Tile};
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -17,6 +18,7 @@ use crate::real::Real;
 use crate::report::FrameSums;
 use crate::step::{Marks, Op};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// The colliders of a scene, and which nodes are in contact with them.
 pub struct Colliders<T> {
@@ -27,7 +29,7 @@ pub struct Colliders<T> {
     /// then.
     carried: Vec<[u32; 2]>,
     /// Whether the joint of each of them is broken.
-    released: Shared<bool>,
+    released: Vec<AtomicBool>,
     /// Nodes that are led out of colliders, ascending: these ignore them until they are out. And whether there may be some:
     /// then they are looked for before each frame.
     pub lifts: Vec<Lift>,
@@ -36,7 +38,7 @@ pub struct Colliders<T> {
     /// no body does.
     in_contact: Shared<bool>,
     /// By tile: the number of nodes that have touched a collider in this sub-step.
-    contacts: Shared<u64>,
+    contacts: Vec<AtomicU64>,
 }
 
 /// The scratch memory of a worker.
@@ -60,23 +62,21 @@ impl<T: Real> Colliders<T> {
         Self {
             cache: MeshCache::new(assembly, padded(assembly), context.nodes.level),
             scratch: PerWorker::new(context.workers(), scratch),
-            released: vec![false; carried.len()].into(),
+            released: carried.iter().map(|_| AtomicBool::new(false)).collect(),
             carried,
             lifts: Vec::new(),
             is_lifting: assembly.leads_out(),
             in_contact: vec![false; if keeps_volumes { assembly.places } else { 0 }].into(),
-            contacts: vec![0; context.nodes.tiles.len()].into(),
+            contacts: context.nodes.tiles.iter().map(|_| AtomicU64::new(0)).collect(),
         }
     }
 
-    /// Lets colliders act on the node of a broken joint, or stops them if the joint is whole.
-    ///
-    /// # Safety
-    /// No other worker has a tile with the joint's first end.
-    pub unsafe fn set_released(&self, joint: u32, released: bool) {
-        for index in (0..self.carried.len()).filter(|&index| self.carried[index][1] == joint) {
-            // SAFETY: only the worker with the node's tile looks at it, by the caller's promise this one.
-            *unsafe { self.released.item(index) } = released;
+    /// Lets colliders act on the node of a broken joint. The worker with the joint's first end calls it.
+    pub fn release(&self, joint: u32) {
+        for ([_, of], released) in self.carried.iter().zip(&self.released) {
+            if *of == joint {
+                released.store(true, Ordering::Relaxed);
+            }
         }
     }
 
@@ -98,11 +98,15 @@ impl<T: Real> Colliders<T> {
 
     /// Keeps a run of nodes out of colliders. `at` is where the run begins in the worker's scratch memory. `is_moved`: the nodes were
     /// moved once more, and their motion starts where that memory has it.
-    fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, is_moved: bool) -> u64 {
+    fn collide(
+        &self,
+        tile: &Tile<'_, T>,
+        ColliderScratch { last, inverse_mass: alone }: &mut ColliderScratch<T>,
+        (at, run): (usize, Range<usize>),
+        is_moved: bool,
+    ) -> u64 {
         let mut state = tile.after(&run);
         let all = at..at + run.len();
-        // SAFETY: each worker has its own, and works on one run at a time.
-        let ColliderScratch { last, inverse_mass: alone } = unsafe { self.scratch.of(tile.worker) };
         let start = if is_moved {
             tile.scratch.before.each_ref().map(|column| &column[all.clone()])
         } else {
@@ -117,8 +121,7 @@ impl<T: Real> Colliders<T> {
             alone.clear();
             alone.extend_from_slice(inverse_mass);
             for index in first..end {
-                // SAFETY: the node is in this worker's tile.
-                if !*unsafe { self.released.item(index) } {
+                if !self.released[index].load(Ordering::Relaxed) {
                     alone[self.carried[index][0] as usize - run.start] = T::ZERO;
                 }
             }
@@ -162,11 +165,10 @@ impl<T: Real> Feature<T> for Colliders<T> {
     }
 
     fn begin(&self, worker: &mut Worker<'_, T>) {
-        // SAFETY: the tiles are this worker's.
-        unsafe { self.contacts.write(worker.tiles.clone()) }.fill(0);
+        self.contacts[worker.tiles.clone()].iter().for_each(|contacts| contacts.store(0, Ordering::Relaxed));
         if self.in_contact.len() > 0 {
             for (_, run) in worker.nodes.tiles[worker.tiles.clone()].iter().flat_map(TilePlan::runs) {
-                // SAFETY: as above.
+                // SAFETY: the tiles are this worker's.
                 unsafe { self.in_contact(&run) }.fill(false);
             }
         }
@@ -174,14 +176,12 @@ impl<T: Real> Feature<T> for Colliders<T> {
 
     #[cfg(feature = "gpu")]
     fn begin_apart(&self, tile: &Tile<'_, T>) {
-        // SAFETY: each worker has its own, and works on one tile at a time.
-        unsafe { self.scratch.of(tile.worker) }.last.fill(0);
+        self.scratch.of(tile.worker).last.fill(0);
     }
 
     #[cfg(feature = "gpu")]
     fn end_apart(&self, tile: &Tile<'_, T>, between: &mut Between<T>) {
-        // SAFETY: as above.
-        let last = &unsafe { self.scratch.of(tile.worker) }.last;
+        let last = &self.scratch.read(tile.worker).last;
         for (at, run) in tile.plan.runs() {
             between.last_collider[run.clone()].copy_from_slice(&last[at..at + run.len()]);
         }
@@ -191,6 +191,7 @@ impl<T: Real> Feature<T> for Colliders<T> {
         if tile.substep.colliders().is_empty() {
             return;
         }
+        let scratch = &mut self.scratch.of(tile.worker);
         if let Moved::Some(moved) = &tile.moved {
             for run in moved.chunk_by(|(node, _), (next, _)| node + 1 == *next) {
                 for (at, (_, from)) in run.iter().enumerate() {
@@ -198,14 +199,16 @@ impl<T: Real> Feature<T> for Colliders<T> {
                         column[at] = from;
                     }
                 }
-                self.collide(tile, 0, run[0].0..run[0].0 + run.len(), true);
+                self.collide(tile, scratch, (0, run[0].0..run[0].0 + run.len()), true);
             }
             return;
         }
         let is_moved = matches!(tile.moved, Moved::Any);
-        let contacts: u64 = tile.plan.runs().map(|(at, run)| self.collide(tile, at, run, is_moved)).sum();
-        // SAFETY: the tile is this worker's; all are read after the frame.
-        *unsafe { self.contacts.item(tile.index) } += contacts;
+        let runs = tile.plan.runs();
+        let contacts: u64 = runs.map(|run| self.collide(tile, scratch, run, is_moved)).sum();
+        // The tile is this worker's.
+        let before = self.contacts[tile.index].load(Ordering::Relaxed);
+        self.contacts[tile.index].store(before + contacts, Ordering::Relaxed);
     }
 
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
@@ -221,7 +224,7 @@ impl<T: Real> Feature<T> for Colliders<T> {
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        sums.all.contacts = self.contacts.get_mut().iter().sum();
+        sums.all.contacts = self.contacts.iter_mut().map(|contacts| *contacts.get_mut()).sum();
     }
 
     fn forget(&mut self, node: usize) {
@@ -235,8 +238,8 @@ impl<T: Real> Feature<T> for Colliders<T> {
     fn load(&mut self, state: &SolverState) {
         self.is_lifting = state.is_tangled;
         self.lifts.clear();
-        for (&[_, joint], released) in self.carried.iter().zip(self.released.get_mut()) {
-            *released = state.joints.get(joint as usize) == Some(&false);
+        for (&[_, joint], released) in self.carried.iter().zip(&mut self.released) {
+            *released.get_mut() = state.joints.get(joint as usize) == Some(&false);
         }
     }
 }

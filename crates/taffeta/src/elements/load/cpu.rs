@@ -1,7 +1,7 @@
 //! Loads on the CPU: wind, drag, point loads and torques of the scene, and forces by the user.
 
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::PerWorker;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::{Tile, within};
 use crate::cpu::worker::Worker;
@@ -32,8 +32,7 @@ impl<T: Real> Loads<T> {
 
     fn sum_torques(&self, worker: &Worker<'_, T>) {
         let state = worker.old();
-        // SAFETY: each worker has its own.
-        let torques = unsafe { self.torques.of(worker.index) };
+        let mut torques = self.torques.of(worker.index);
         torques.clear();
         for (load, &scale) in self.loads.iter().zip(worker.substep.scales()) {
             torques.push(match load.kind {
@@ -52,8 +51,7 @@ impl<T: Real> Loads<T> {
         if self.loads.is_empty() && tile.input.forces.is_empty() {
             return;
         }
-        // SAFETY: each worker has its own.
-        let torques = unsafe { self.torques.of(tile.worker) };
+        let torques = self.torques.read(tile.worker);
         let scales = tile.substep.scales();
         for (index, load) in self.loads.iter().enumerate() {
             for &node in within(&load.nodes, run, |&node| node) {

@@ -6,7 +6,7 @@
 
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::Shared;
+use crate::cpu::numbers::Numbers;
 use crate::cpu::worker::Worker;
 use crate::elements::element::List;
 use crate::elements::membrane::{NAME, membrane::columns};
@@ -36,7 +36,7 @@ pub struct Strains<T> {
     /// Corners by solver index, and Dm⁻¹ [1/m].
     triangles: Vec<([u32; 3], [T; 4])>,
     /// Extremes by chunk.
-    most: Shared<[T; 5]>,
+    most: Numbers<5>,
 }
 
 impl<T: Real> Strains<T> {
@@ -45,8 +45,7 @@ impl<T: Real> Strains<T> {
         let list = context.assembly.elements().iter().find(|list| list.kind.name == NAME)?;
         let triangles = Self::triangles(list);
         let chunks = triangles.len().div_ceil(CHUNK);
-        (chunks > 0)
-            .then(|| Self { triangles, most: vec![NONE.map(|one| T::from_f64(one.into())); chunks].into() })
+        (chunks > 0).then(|| Self { triangles, most: Numbers::all(chunks, NONE.map(f64::from)) })
     }
 
     fn triangles(list: &List) -> Vec<([u32; 3], [T; 4])> {
@@ -78,15 +77,13 @@ impl<T: Real> Feature<T> for Strains<T> {
         let state = worker.old();
         for chunk in worker.part(self.most.len()) {
             let range = chunk * CHUNK..self.triangles.len().min((chunk + 1) * CHUNK);
-            // SAFETY: one item a chunk, in one worker's part, read after the frame.
-            *unsafe { self.most.item(chunk) } = self.most(state, range);
+            self.most.set(chunk, self.most(state, range).map(T::to_f64));
         }
         Flow::Go
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        let chunks = self.most.get_mut().iter();
-        chunks.for_each(|most| StrainSums(most.map(T::to_f64)).add_to(&mut sums.strain));
+        self.most.iter().for_each(|most| StrainSums(most).add_to(&mut sums.strain));
     }
 
     fn bytes(&self) -> usize {

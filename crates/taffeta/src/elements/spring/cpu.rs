@@ -2,9 +2,10 @@
 
 use crate::assembly::body::{BodyAssembly, BodySprings};
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::Feature;
 use crate::cpu::lanes::Lanes;
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::numbers::Numbers;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::{TILE_NODES, TilePlan};
@@ -27,7 +28,7 @@ pub struct Springs<T> {
     /// Of wide grids and of narrow ones.
     sweeps: PerWorker<(Sweep<T>, NarrowSweep<T>)>,
     /// By tile: energy [J], and the largest stretch.
-    sums: Shared<[f64; 2]>,
+    sums: Numbers<2>,
 }
 
 /// The springs of a body.
@@ -73,7 +74,7 @@ impl<T: Real> Springs<T> {
             sweeps: PerWorker::new(context.workers(), |_| {
                 (Sweep::new(columns, stretch_limit), NarrowSweep::new(nodes, stretch_limit))
             }),
-            sums: vec![[0.0; 2]; context.nodes.tiles.len()].into(),
+            sums: Numbers::new(context.nodes.tiles.len()),
         })
     }
 
@@ -89,8 +90,7 @@ impl<T: Real> Springs<T> {
         let old = tile.old.map(|column| &column[tile.plan.first..]);
         let (plan, level) = (tile.plan, tile.nodes.level);
         let force = &mut tile.scratch.force;
-        // SAFETY: each worker has its own, and works on one tile at a time.
-        let (wide, narrow) = unsafe { self.sweeps.of(tile.worker) };
+        let (wide, narrow) = &mut *self.sweeps.of(tile.worker);
         let is_beyond = match &self.bodies[plan.body] {
             BodyRows::Grid(grid) => {
                 wide.springs(level, (plan.body, grid), (plan.units.clone(), plan.cols.clone()), old, force)
@@ -108,7 +108,7 @@ impl<T: Real> Springs<T> {
             }
         };
         if is_beyond && self.stretch_limit.is_some() {
-            *tile.marks = tile.marks.and(Marks::SOLVED);
+            tile.marks.set(tile.marks.get().and(Marks::SOLVED));
         }
     }
 
@@ -138,13 +138,12 @@ impl<T: Real> Springs<T> {
                 }
             }
         }
-        // SAFETY: one item a tile, read after the frame.
-        *unsafe { self.sums.item(tile.index) } = sums;
+        self.sums.set(tile.index, sums);
     }
 
     /// Energy [J] and largest stretch of the tiles that `chosen` says, as last measured.
-    pub fn sums_of(&mut self, chosen: impl Fn(usize) -> bool) -> [f64; 2] {
-        let tiles = self.sums.get_mut().iter().enumerate().filter(|(tile, _)| chosen(*tile));
+    pub fn sums_of(&self, chosen: impl Fn(usize) -> bool) -> [f64; 2] {
+        let tiles = self.sums.iter().enumerate().filter(|(tile, _)| chosen(*tile));
         tiles.fold([0.0; 2], |[energy, most], (_, sums)| {
             [energy + sums[0], if sums[1] > most { sums[1] } else { most }]
         })
@@ -157,8 +156,7 @@ impl<T: Real> Feature<T> for Springs<T> {
     }
 
     fn begin(&self, worker: &mut Worker<'_, T>) {
-        // SAFETY: each worker has its own.
-        let (wide, narrow) = unsafe { self.sweeps.of(worker.index) };
+        let (wide, narrow) = &mut *self.sweeps.of(worker.index);
         wide.restart();
         narrow.restart();
     }

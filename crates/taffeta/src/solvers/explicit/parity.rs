@@ -219,7 +219,7 @@ fn held(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("keep_held_forces"), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[Op::HeldForces]);
-        let cpu = fixture.cpu.feature::<HeldForces<f32>>().expect("bodies have pins");
+        let cpu = fixture.cpu.feature::<HeldForces>().expect("bodies have pins");
         let wanted: Vec<Four> = cpu.all().map(|(_, force)| written(force)).collect();
         let mut arrays = fixture.arrays();
         arrays.insert("force", words(&fixture.force_fours()));

@@ -27,8 +27,10 @@ use crate::contact::clusters::packed::{GROUP, Packed};
 use crate::contact::clusters::tree::{Boxes, Tree};
 use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::numbers::Numbers;
+use crate::cpu::shared::Shared;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::tile::{Fields, Tile};
 use crate::cpu::tiles::TilePlan;
@@ -42,6 +44,7 @@ use clusters::{Cluster, Pack, clusters};
 use contact_list::ContactList;
 use exclusion_masks::ExclusionMasks;
 use std::ops::Range;
+use std::sync::atomic::AtomicU32;
 
 /// Self-collision of nodes with a thickness.
 pub struct NodeContact<T> {
@@ -81,35 +84,29 @@ struct ContactSetup<T> {
 /// Results that workers share.
 struct ContactWork<T> {
     /// Contacts of each place in this sub-step.
-    contacts: Shared<u32>,
+    contacts: Vec<AtomicU32>,
     /// Positions of the nodes of each cluster [m].
     packed: Shared<Packed<T>>,
     /// Motion of each cluster since the last search [m], as [`Pack`] defines it.
     moved: Shared<[f64; 4]>,
     /// Motion of the nodes of each group in this sub-step, as [`Pack`] defines it.
     balls: Shared<[f64; 4]>,
-    /// Bounds of the motion of each worker's nodes in this sub-step [m].
-    motion: Shared<Bounds>,
+    /// Bounds of the motion of each worker's nodes in this sub-step [m]: the least along each axis, then the most.
+    motion: Numbers<6>,
     /// Boxes around groups.
     boxes: Shared<Boxes<T>>,
-    /// Contacts that each worker has found.
-    found: Shared<Found>,
+    /// Of each worker in this sub-step: the number of pairs, counted once for each of their nodes that it has; and the least distance
+    /// of a pair, relative to its thickness.
+    found: Numbers<2>,
 }
 
-/// Contacts that a worker has found in a sub-step.
-#[derive(Clone, Copy, Debug)]
-struct Found {
-    /// Pairs, counted once for each of their nodes that is this worker's.
-    ends: u64,
-    /// Least distance of a pair, relative to its thickness.
-    nearest: f64,
+/// The least and the most along each axis.
+fn flat([[a, b, c], [x, y, z]]: Bounds) -> [f64; 6] {
+    [a, b, c, x, y, z]
 }
 
-impl Default for Found {
-    fn default() -> Self {
-        Self { ends: 0, nearest: f64::INFINITY }
-    }
-}
+/// What is found where there are no contacts.
+const NONE_FOUND: [f64; 2] = [0.0, f64::INFINITY];
 
 /// The scratch memory of a worker.
 struct ContactScratch<T> {
@@ -243,27 +240,25 @@ impl<T: Real> ContactWork<T> {
         let (places, clusters) = (setup.body.len(), setup.clusters.len());
         let boxes = setup.trees.last().map_or(0, |last| last.boxes.end);
         Self {
-            contacts: vec![0; places].into(),
+            contacts: std::iter::repeat_with(|| AtomicU32::new(0)).take(places).collect(),
             packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters].into(),
             moved: vec![[0.0; 4]; clusters].into(),
             balls: vec![[0.0; 4]; setup.groups.len()].into(),
-            motion: vec![NOWHERE; workers].into(),
+            motion: Numbers::all(workers, flat(NOWHERE)),
             boxes: vec![Boxes::empty(); boxes].into(),
-            found: vec![Found::default(); workers].into(),
+            found: Numbers::all(workers, NONE_FOUND),
         }
     }
 
     /// The contacts of all workers in the last sub-step.
-    fn found(&mut self) -> Found {
-        self.found.get_mut().iter().fold(Found::default(), |all, one| Found {
-            ends: all.ends + one.ends,
-            nearest: all.nearest.min(one.nearest),
-        })
+    fn found(&self) -> [f64; 2] {
+        let add = |[ends, nearest]: [f64; 2], [more, other]: [f64; 2]| [ends + more, nearest.min(other)];
+        self.found.iter().fold(NONE_FOUND, add)
     }
 
     /// Bytes that it takes.
     fn bytes(&self) -> usize {
-        self.contacts.bytes() + self.packed.bytes() + self.moved.bytes() + self.boxes.bytes()
+        4 * self.contacts.len() + self.packed.bytes() + self.moved.bytes() + self.boxes.bytes()
     }
 }
 
@@ -281,12 +276,15 @@ impl<T: Real> NodeContact<T> {
     }
 
     /// A worker's part of the data.
-    fn part<'w>(&'w self, worker: &'w Worker<'_, T>) -> ContactWorker<'w, T> {
+    fn part<'w>(
+        &'w self,
+        worker: &'w Worker<'_, T>,
+        scratch: &'w mut ContactScratch<T>,
+    ) -> ContactWorker<'w, T> {
         ContactWorker {
             setup: &self.setup,
             shared: &self.work,
-            // SAFETY: each worker has its own, and one part at a time.
-            scratch: unsafe { self.scratch.of(worker.index) },
+            scratch,
             first_tile: worker.tiles.start,
             index: worker.index,
             next: worker.next(),
@@ -302,38 +300,37 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        self.part(worker).update_motion_bounds();
+        let scratch = &mut *self.scratch.of(worker.index);
+        self.part(worker, scratch).update_motion_bounds();
         worker.synchronise_uneven();
-        let mut pairs = self.part(worker);
+        let mut pairs = self.part(worker, scratch);
         if pairs.is_stale() {
             pairs.search(|| worker.synchronise());
         }
         pairs.find_contacts();
         worker.synchronise_uneven();
-        let mut pairs = self.part(worker);
+        let mut pairs = self.part(worker, scratch);
         let any = pairs.any();
         if any {
             pairs.respond(worker.substep.h);
             worker.synchronise_uneven();
         }
-        let touches = |tile: usize| self.part(worker).scratch.responses(tile - worker.tiles.start).len() > 0;
+        let touches = |tile: usize| scratch.responses(tile - worker.tiles.start).len() > 0;
         worker.mark_moved(|tile| any && touches(tile));
         Flow::Go
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        // SAFETY: each worker has its own, and asks once.
-        let scratch = unsafe { self.scratch.of(tile.worker) };
+        let scratch = self.scratch.read(tile.worker);
         tile.move_nodes(scratch.responses(tile.number).map(|(node, state)| (node, *state)));
     }
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
-        let found = if substeps > 0 { self.work.found() } else { Found::default() };
+        let [ends, nearest] = if substeps > 0 { self.work.found() } else { NONE_FOUND };
         // All workers have searched equally often.
         let searches =
             self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.search.searches)).max();
-        sums.pairs =
-            PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) };
+        sums.pairs = PairSums { pairs: ends as u64 / 2, nearest, searches: searches.unwrap_or(0) };
     }
 
     fn has_uneven_work(&self) -> bool {
@@ -424,25 +421,20 @@ impl<'a, T: Real> ContactWorker<'a, T> {
         };
         let clusters = &self.setup.clusters[own];
         let bounds = self.level.run(Pack { clusters, state: self.next, packed, moved, balls });
-        // SAFETY: as above.
-        let motion = unsafe { self.shared.motion.write(self.index..self.index + 1) };
-        motion[0] = bounds;
+        self.shared.motion.set(self.index, flat(bounds));
     }
 
     /// Whether groups that are not paired may have come near each other since the last search. Called once in a
     /// sub-step, after all workers have updated their bounds.
     pub fn is_stale(&mut self) -> bool {
-        // SAFETY: written before a barrier, and again after the sub-step's last.
-        let motion = unsafe { self.shared.motion.read() };
+        let motion = self.shared.motion.iter().map(|[a, b, c, x, y, z]| [[a, b, c], [x, y, z]]);
         let search = &mut self.scratch.search;
-        search.add(motion.iter().copied().fold(NOWHERE, join));
+        search.add(motion.fold(NOWHERE, join));
         !search.covers(0.0)
     }
 
     /// Whether any nodes are in contact.
     pub fn any(&self) -> bool {
-        // SAFETY: written before the last barrier.
-        let found = unsafe { self.shared.found.read() };
-        found.iter().any(|found| found.ends > 0)
+        self.shared.found.iter().any(|[ends, _]| ends > 0.0)
     }
 }

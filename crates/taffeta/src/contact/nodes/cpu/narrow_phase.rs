@@ -2,11 +2,12 @@
 
 use crate::contact::clusters::bounds::{ClusterPair, GroupPair, is_over};
 use crate::contact::clusters::packed::Packed;
+use crate::contact::nodes::cpu::ContactWorker;
 use crate::contact::nodes::cpu::exclusion_masks::Mask;
-use crate::contact::nodes::cpu::{ContactWorker, Found};
 use crate::cpu::simd::Kernel;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
+use std::sync::atomic::Ordering;
 
 impl<T: Real> ContactWorker<'_, T> {
     /// Finds the contacts of its nodes.
@@ -29,17 +30,13 @@ impl<T: Real> ContactWorker<'_, T> {
         for (number, &node) in self.scratch.contact_list.owners().iter().enumerate() {
             self.note_contacts(node, self.scratch.contact_list.others(number).len());
         }
-        let found =
-            Found { ends: self.scratch.contact_list.ends.len() as u64, nearest: least.to_f64().sqrt() };
-        // SAFETY: each worker has its own; all read after a barrier.
-        let slot = unsafe { self.shared.found.write(self.index..self.index + 1) };
-        slot[0] = found;
+        let ends = self.scratch.contact_list.ends.len() as f64;
+        self.shared.found.set(self.index, [ends, least.to_f64().sqrt()]);
     }
 
     fn note_contacts(&self, node: u32, count: usize) {
-        // SAFETY: the node is in this worker's share; others read after the next barrier.
-        let contacts = unsafe { self.shared.contacts.write(node as usize..node as usize + 1) };
-        contacts[0] = count as u32;
+        // The node is in this worker's share; others read after the next barrier.
+        self.shared.contacts[node as usize].store(count as u32, Ordering::Relaxed);
     }
 
     /// Checks the pairs of clusters of two groups that are due. Returns the least squared distance of nodes in

@@ -3,13 +3,13 @@
 use crate::contact::nodes::cpu::ContactWorker;
 use crate::contact::nodes::pair;
 use crate::real::{Real, sub};
+use std::sync::atomic::Ordering;
 
 impl<T: Real> ContactWorker<'_, T> {
     /// Computes the contact response of each of its nodes, after a sub-step of `h` [s].
     pub fn respond(&mut self, h: T) {
         let limits = (h, T::from_f64(pair::max_separation(h.to_f64())));
-        // SAFETY: written before the last barrier.
-        let contacts = unsafe { self.shared.contacts.read() };
+        let contacts = |place: usize| self.shared.contacts[place].load(Ordering::Relaxed);
         let state = self.state();
         let mut responses = std::mem::take(&mut self.scratch.responses);
         responses.clear();
@@ -22,7 +22,7 @@ impl<T: Real> ContactWorker<'_, T> {
                 let [xa, xb] = [a, b].map(|at| [0, 1, 2].map(|axis| state[axis][at]));
                 let [va, vb] = [a, b].map(|at| [3, 4, 5].map(|axis| state[axis][at]));
                 let mobility =
-                    pair::mobility([self.inverse_mass[a], self.inverse_mass[b]], [contacts[a], contacts[b]]);
+                    pair::mobility([self.inverse_mass[a], self.inverse_mass[b]], [contacts(a), contacts(b)]);
                 let done =
                     pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.setup.material(a, b), limits);
                 let sign = if node == a { T::ONE } else { -T::ONE };

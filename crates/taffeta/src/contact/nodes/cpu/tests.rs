@@ -148,12 +148,12 @@ fn found<T: Real>(
                     let (node, others) = (contact_list.owners()[number], contact_list.others(number));
                     assert!(others.is_sorted_by(|a, b| a < b));
                     assert_eq!(setup.tile[node as usize] as usize, chunk.start + tile);
-                    assert_eq!(work.contacts.get_mut()[node as usize] as usize, others.len());
+                    assert_eq!(*work.contacts[node as usize].get_mut() as usize, others.len());
                     ends.extend(others.iter().map(|&other| [node, other]));
                 }
             }
         }
-        assert_eq!(work.found().ends as usize, ends.len());
+        assert_eq!(work.found()[0] as usize, ends.len());
         found.push(ends);
     }
     (found, searches)

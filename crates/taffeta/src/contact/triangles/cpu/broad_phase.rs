@@ -14,6 +14,7 @@ use crate::contact::triangles::filter::{ALLOWANCE, reach_together};
 use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::Leaf;
 use crate::contact::triangles::surfaces::Surfaces;
+use crate::cpu::numbers::Numbers;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::real::{Real, dot};
@@ -42,7 +43,7 @@ pub struct Leaves<T> {
     /// Of each group: motion of its nodes since the last look, and in the sub-step to come [m].
     balls: Shared<[[f64; 4]; 2]>,
     /// The same of each worker's leaves.
-    motion: Shared<[Bounds; 2]>,
+    motion: Numbers<12>,
     boxes: Shared<Boxes<T>>,
 }
 
@@ -148,7 +149,7 @@ impl<T: Real> Leaves<T> {
             poses: vec![Pose::NONE; leaves].into(),
             steps: vec![[0.0; 4]; leaves].into(),
             balls: vec![[[0.0; 4]; 2]; groups].into(),
-            motion: vec![[NOWHERE; 2]; workers].into(),
+            motion: Numbers::all(workers, flat([NOWHERE; 2])),
             boxes: vec![Boxes::empty(); boxes].into(),
         }
     }
@@ -224,8 +225,7 @@ impl<T: Real> Leaves<T> {
             let (steps, balls) = (self.steps.write(own), self.balls.write(groups));
             level.run(Follow { leaves, weights, before, after, packed, local, poses, steps, balls })
         };
-        // SAFETY: as above.
-        *unsafe { self.motion.item(worker) } = motion;
+        self.motion.set(worker, flat(motion));
     }
 
     /// Makes sure that all pairs of groups are listed that may come into contact in the sub-step to come. All workers call it,
@@ -239,8 +239,8 @@ impl<T: Real> Leaves<T> {
         synchronise: impl Fn(),
     ) {
         // SAFETY: written before a barrier, and again after another.
-        let (motion, balls) = unsafe { (self.motion.read(), self.balls.read()) };
-        let all = |which: usize| motion.iter().fold(NOWHERE, |all, one| join(all, one[which]));
+        let balls = unsafe { self.balls.read() };
+        let all = |which: usize| self.motion.iter().fold(NOWHERE, |all, one| join(all, bounds(&one, which)));
         pairs.search.add(all(0));
         for groups in &mut pairs.groups {
             let [a, b] = groups.groups.map(|group| balls[group as usize][0]);
@@ -424,6 +424,17 @@ impl<T: Real> Leaves<T> {
         }
         groups.fresh = groups.travelled + beyond.sqrt().to_f64() * (1.0 - 1e-5) - widest;
     }
+}
+
+/// Bounds as a row of numbers.
+fn flat([first, second]: [Bounds; 2]) -> [f64; 12] {
+    let numbers = [first, second];
+    std::array::from_fn(|at| numbers[at / 6][at / 3 % 2][at % 3])
+}
+
+/// One of the two bounds in such a row.
+fn bounds(row: &[f64; 12], which: usize) -> Bounds {
+    std::array::from_fn(|end| std::array::from_fn(|axis| row[6 * which + 3 * end + axis]))
 }
 
 /// Mean diagonal of the boxes around so many leaves of bodies at the start [m].

@@ -19,7 +19,7 @@ pub type Push<T> = (u32, [T; 3]);
 impl<T: Real> TriangleContact<T> {
     /// Moves the corners of colliders all their way, and what is in their way with them. All workers call it. Returns whether
     /// any corner moves.
-    pub(super) fn carry(&self, worker: &Worker<'_, T>) -> bool {
+    pub(super) fn carry(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>) -> bool {
         let Some(corners) = worker.substep.extensions.get::<Corners<T>>() else { return false };
         let Motion { corners: most, far, .. } = self.measure_corners(worker, corners);
         if most <= 0.0 {
@@ -31,8 +31,8 @@ impl<T: Real> TriangleContact<T> {
             let ends = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
-            self.look(worker, None, reach_of_pushes(longest));
-            self.push(worker, far, longest);
+            self.look(worker, scratch, None, reach_of_pushes(longest));
+            self.push(worker, scratch, far, longest);
             self.each_run(worker, |run| {
                 run.for_each(|place| self.put(&self.before, place, self.get(&self.after, place)));
             });
@@ -42,30 +42,27 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Has nodes that are in the way of corners give way in a part of the motion, each at most `longest` [m] along an axis.
-    fn push(&self, worker: &Worker<'_, T>, far: f64, longest: f64) {
+    fn push(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, far: f64, longest: f64) {
         let mut phase = Phase::Push;
         for round in (0..).take_while(|_| !worker.is_stopped()) {
             let mut pushed = Pushed::default();
             match phase {
                 Phase::Push | Phase::Squeeze => {
-                    pushed.waiting = self.send_pushes(worker, T::from_f64(far), phase == Phase::Squeeze);
+                    let squeezed = phase == Phase::Squeeze;
+                    pushed.waiting = self.send_pushes(worker, &scratch.close, T::from_f64(far), squeezed);
                     worker.synchronise();
                     pushed.moved = self.take_pushes(worker, T::from_f64(longest));
                 }
                 Phase::Restart => self.restart(worker),
-                Phase::Stop => pushed.moved = self.stop(worker, far, round + 1 < PUSHES),
+                Phase::Stop => pushed.moved = self.stop(worker, scratch, far, round + 1 < PUSHES),
                 Phase::Over => break,
             }
-            // SAFETY: its own; all read after the barrier, and it is written again after another.
-            unsafe { self.found.item(worker.index) }.pushed = pushed;
+            self.found[worker.index].set_pushed(pushed);
             worker.synchronise();
-            // SAFETY: as above.
-            let found = unsafe { self.found.read() };
-            let pushed = found.iter().fold(Pushed::default(), |all, found| all.join(found.pushed));
+            let pushed = self.found.iter().fold(Pushed::default(), |all, found| all.join(found.pushed()));
             phase = phase.next(round, pushed);
             if phase == Phase::Stop {
-                let squeezed = &mut self.scratch(worker).squeezed;
-                *squeezed = pushed.waiting.max(*squeezed);
+                scratch.squeezed = pushed.waiting.max(scratch.squeezed);
             }
             worker.synchronise();
         }
@@ -83,8 +80,13 @@ impl<T: Real> TriangleContact<T> {
 
     /// Has nodes stop before planes between the sides of pairs without a collider; if they may go `together`, of those alone whose
     /// sides do not end apart. Returns whether any does.
-    fn stop(&self, worker: &Worker<'_, T>, far: f64, together: bool) -> bool {
-        let Scratch { close, memory, .. } = self.scratch(worker);
+    fn stop(
+        &self,
+        worker: &Worker<'_, T>,
+        Scratch { close, memory, .. }: &mut Scratch<T>,
+        far: f64,
+        together: bool,
+    ) -> bool {
         let is_node = |place: &u32| (*place as usize) < self.surfaces.places;
         memory.close.clear();
         memory.close.extend(close.iter().flatten().filter(|pair| pair.nodes.iter().all(is_node)).cloned());
@@ -146,16 +148,15 @@ impl<T: Real> TriangleContact<T> {
 
     /// Sends ways to the nodes of all pairs that would come too near: those of the side that the other drives. Returns one more
     /// than the last node of those sides that are not pinned; 0 if there is none.
-    fn send_pushes(&self, worker: &Worker<'_, T>, far: T, squeezed: bool) -> u32 {
+    fn send_pushes(&self, worker: &Worker<'_, T>, close: &[Vec<Close<T>>; 2], far: T, squeezed: bool) -> u32 {
         let workers = self.found.len();
         let is_free = |&node: &u32| worker.nodes.inverse_mass[node as usize] > T::ZERO;
         let mut waiting = 0;
         for kind in Kind::ALL {
-            for to in 0..workers {
-                // SAFETY: its own; others read them after the next barrier.
-                unsafe { self.pushes.item((kind as usize * workers + worker.index) * workers + to) }.clear();
-            }
-            for close in &self.scratch(worker).close[kind as usize] {
+            let list = |to: usize| self.pushes.of((kind as usize * workers + worker.index) * workers + to);
+            let mut pushes: Vec<_> = (0..workers).map(list).collect();
+            pushes.iter_mut().for_each(|pushes| pushes.clear());
+            for close in &close[kind as usize] {
                 let pushed = match kind {
                     Kind::VertexTriangle => self.pushed::<VertexTriangle>(close, far, squeezed),
                     Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far, squeezed),
@@ -165,11 +166,7 @@ impl<T: Real> TriangleContact<T> {
                     waiting = nodes.iter().fold(waiting, |last, &node| last.max(node + 1));
                 }
                 for &node in nodes.iter().filter(|node| is_free(node)) {
-                    let to = self.worker_of(node);
-                    // SAFETY: as above.
-                    let pushes =
-                        unsafe { self.pushes.item((kind as usize * workers + worker.index) * workers + to) };
-                    pushes.push((node, way));
+                    pushes[self.worker_of(node)].push((node, way));
                 }
             }
         }
@@ -230,10 +227,7 @@ impl<T: Real> TriangleContact<T> {
     fn each_push(&self, worker: &Worker<'_, T>, mut job: impl FnMut(usize, [T; 3])) {
         let workers = self.found.len();
         for mail in (0..Kind::ALL.len() * workers).map(|from| from * workers + worker.index) {
-            // SAFETY: its own mail, sent before a barrier.
-            for &(node, push) in unsafe { self.pushes.item(mail) }.iter() {
-                job(node as usize, push);
-            }
+            self.pushes.read(mail).iter().for_each(|&(node, push)| job(node as usize, push));
         }
     }
 }

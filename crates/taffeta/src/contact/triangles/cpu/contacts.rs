@@ -3,7 +3,7 @@
 use crate::contact::triangles::impulse::Contact;
 use crate::contact::triangles::order::Order;
 use crate::contact::triangles::surfaces::Kind;
-use crate::cpu::shared::Shared;
+use crate::cpu::cells::{Cells, PerWorker};
 use crate::real::{Real, add, scale, sub};
 
 /// The force of a contact, which the next sub-step starts from.
@@ -49,94 +49,80 @@ pub struct Part<T> {
     weight: T,
 }
 
-/// What workers tell each other about contacts: which nodes take part, and what acts on them.
+/// What workers tell each other about contacts: which nodes take part, and what acts on them. Between the sending and the reading is
+/// a barrier.
 pub struct Mail<T> {
     workers: usize,
     /// From each worker to each.
-    parts: Shared<Vec<Part<T>>>,
+    parts: Cells<Vec<Part<T>>>,
     /// For each worker's contacts: what removes old overlaps [kg·m], and the impulse [N·s].
-    pushes: Shared<Vec<[T; 3]>>,
-    impulses: Shared<Vec<[T; 3]>>,
+    pushes: PerWorker<Vec<[T; 3]>>,
+    impulses: PerWorker<Vec<[T; 3]>>,
 }
 
 impl<T: Real> Mail<T> {
     /// For so many workers.
     pub fn new(workers: usize) -> Self {
-        let vectors = || vec![Vec::new(); workers].into();
+        let vectors = || PerWorker::new(workers, |_| Vec::new());
         Self {
             workers,
-            parts: vec![Vec::new(); workers * workers].into(),
+            parts: Cells::new(workers * workers, |_| Vec::new()),
             pushes: vectors(),
             impulses: vectors(),
         }
     }
 
-    /// Sends the nodes of contacts, those of the first `places`, each to the worker that has it.
-    ///
-    /// # Safety
-    /// `from` is the worker that calls, and nobody reads its mail before the next barrier.
-    pub unsafe fn send_parts(
+    /// Sends the nodes of a worker's contacts, those of the first `places`, each to the worker that has it.
+    pub fn send_parts(
         &self,
         from: usize,
         contacts: &[Active<T>],
         places: u32,
         worker: impl Fn(u32) -> usize,
     ) {
-        let index = |to: usize| from * self.workers + to;
-        for to in 0..self.workers {
-            // SAFETY: the caller's promise.
-            unsafe { self.parts.item(index(to)) }.clear();
-        }
+        let mut parts: Vec<_> = (0..self.workers).map(|to| self.parts.of(from * self.workers + to)).collect();
+        parts.iter_mut().for_each(|parts| parts.clear());
         for (number, contact) in (0..).zip(contacts) {
             for (&node, &weight) in contact.nodes.iter().zip(&contact.weights) {
                 if weight != T::ZERO && node < places {
                     let to = if self.workers > 1 { worker(node) } else { 0 };
-                    // SAFETY: as above.
-                    let parts = unsafe { self.parts.item(index(to)) };
-                    parts.push(Part { node, contact: number, weight });
+                    parts[to].push(Part { node, contact: number, weight });
                 }
             }
         }
     }
 
     /// Calls `job` with each part that was sent to a worker, in an order that does not depend on the number of workers.
-    ///
-    /// # Safety
-    /// `to` is the worker that calls, after a barrier that follows the sending.
-    pub unsafe fn each_part(&self, to: usize, mut job: impl FnMut(&mut Part<T>)) {
+    pub fn each_part(&self, to: usize, mut job: impl FnMut(&mut Part<T>)) {
         for from in 0..self.workers {
-            // SAFETY: the caller's promise.
-            unsafe { self.parts.item(from * self.workers + to) }.iter_mut().for_each(&mut job);
+            self.parts.of(from * self.workers + to).iter_mut().for_each(&mut job);
         }
     }
 
-    /// Sends a vector for each contact: what removes old overlaps, or its impulse.
-    ///
-    /// # Safety
-    /// As of [`Self::send_parts`].
-    pub unsafe fn send(&self, what: What, from: usize, vectors: impl Iterator<Item = [T; 3]>) {
-        // SAFETY: the caller's promise.
-        let own = unsafe { self.vectors(what).item(from) };
+    /// Sends a vector for each contact of a worker: what removes old overlaps, or its impulse.
+    pub fn send(&self, what: What, from: usize, vectors: impl Iterator<Item = [T; 3]>) {
+        let mut own = self.vectors(what).of(from);
         own.clear();
         own.extend(vectors);
     }
 
     /// Calls `add` with the number of a node of a worker and the vector of a contact times the node's weight there, for each
     /// part, in the order of [`Self::each_part`].
-    ///
-    /// # Safety
-    /// As of [`Self::each_part`]; nobody sends vectors before the next barrier.
-    pub unsafe fn sum(&self, what: What, to: usize, mut add: impl FnMut(usize, [T; 3])) {
-        // SAFETY: the caller's promise.
-        let (parts, vectors) = unsafe { (self.parts.read(), self.vectors(what).read()) };
-        for (from, vectors) in vectors.iter().enumerate() {
-            for part in &parts[from * self.workers + to] {
+    pub fn sum(&self, what: What, to: usize, mut add: impl FnMut(usize, [T; 3])) {
+        for from in 0..self.workers {
+            let parts = self.parts.read(from * self.workers + to);
+            if parts.is_empty() {
+                // Most workers have contacts with few others, and need not contend for their vectors.
+                continue;
+            }
+            let vectors = self.vectors(what).read(from);
+            for part in parts.iter() {
                 add(part.node as usize, scale(vectors[part.contact as usize], part.weight));
             }
         }
     }
 
-    fn vectors(&self, what: What) -> &Shared<Vec<[T; 3]>> {
+    fn vectors(&self, what: What) -> &PerWorker<Vec<[T; 3]>> {
         match what {
             What::Pushes => &self.pushes,
             What::Impulses => &self.impulses,

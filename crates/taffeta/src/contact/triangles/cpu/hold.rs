@@ -1,6 +1,6 @@
 //! The filter: how far each node may go.
 
-use super::{TriangleContact, positions, read};
+use super::{Scratch, TriangleContact, positions, read};
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::{Motion, state_at};
@@ -24,10 +24,8 @@ impl<T: Real> TriangleContact<T> {
 
     /// A round of the filter: nodes go towards where they would end, and stop where they might meet something. Who goes far
     /// goes in several rounds.
-    pub(super) fn filter(&self, worker: &mut Worker<'_, T>) -> Flow {
-        let scratch = self.scratch(worker);
-        // SAFETY: written before a barrier, and again after another.
-        let progress = unsafe { self.found.read() }.iter().map(|found| found.progress).fold(0.0, f64::max);
+    pub(super) fn filter(&self, worker: &mut Worker<'_, T>, scratch: &mut Scratch<T>) -> Flow {
+        let progress = self.found.iter().map(|found| found.progress.get()).fold(0.0, f64::max);
         let cap = self.surfaces.longest_way();
         let round = scratch.filter_round.filter(|&round| round == 0 || progress >= PROGRESS * cap);
         scratch.filter_round = round;
@@ -46,7 +44,7 @@ impl<T: Real> TriangleContact<T> {
                 // The others see it at the end of the sub-step.
                 self.is_in_vain.store(true, Ordering::Relaxed);
             }
-            is_carried = self.carry(worker);
+            is_carried = self.carry(worker, scratch);
             positions(self.state(worker))
         } else {
             self.go_on(worker);
@@ -55,7 +53,6 @@ impl<T: Real> TriangleContact<T> {
         let motion = self.measure_motion(worker, ends);
         if is_first && self.is_too_far(worker, motion.most) {
             self.is_in_vain.store(true, Ordering::Relaxed);
-            let scratch = self.scratch(worker);
             // A little more, so that no rounding makes it less than too much.
             scratch.taken[0] = scratch.taken[0].max(1.001 * (motion.most - FILTERS as f64 * cap).powi(2));
             scratch.filter_round = None;
@@ -68,21 +65,20 @@ impl<T: Real> TriangleContact<T> {
             self.go_part(worker, is_first, cap);
         }
         if in_rounds || is_carried || 2.0 * motion.change > SHARE * self.leaves.allowance {
-            self.look(worker, None, 0.0);
+            self.look(worker, scratch, None, 0.0);
         }
-        self.limit_close(worker, motion.far);
+        self.limit_close(worker, &scratch.close, motion.far);
         worker.synchronise();
         let motion = Motion { most: motion.most.min(cap), ..motion };
-        let any = self.limit_around_held(worker, &motion);
-        let scratch = self.scratch(worker);
+        let any = self.limit_around_held(worker, scratch, &motion);
         // The next round sees whether anyone got farther, or may.
         let another = is_far || any && round + 1 < SLIDES;
         scratch.filter_round = another.then_some(round + 1);
         scratch.responses.clear();
         if any || in_rounds {
-            self.hold(worker, is_far, in_rounds);
+            self.hold(worker, scratch, is_far, in_rounds);
         }
-        self.list_by_tile(worker);
+        self.list_by_tile(worker, scratch);
         Flow::Go
     }
 
@@ -100,13 +96,12 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Limits the ways of the nodes of all pairs that come near each other, if all nodes go all their way.
-    fn limit_close(&self, worker: &Worker<'_, T>, far: f64) {
+    fn limit_close(&self, worker: &Worker<'_, T>, close: &[Vec<Close<T>>; 2], far: f64) {
         let mut limited = false;
-        for sixteen in self.scratch(worker).close.iter().flat_map(|close| by_sixteen(close)) {
+        for sixteen in close.iter().flat_map(|close| by_sixteen(close)) {
             limited |= self.limit_filter(worker, &sixteen, (far, true));
         }
-        // SAFETY: its own; all read after the next barrier.
-        unsafe { self.found.item(worker.index) }.held = u64::from(limited);
+        self.found[worker.index].is_held.store(limited, Ordering::Relaxed);
     }
 
     /// Limits the ways of the nodes of up to sixteen pairs. Returns whether any node is limited.
@@ -174,41 +169,37 @@ impl<T: Real> TriangleContact<T> {
 
     /// Limits the ways of nodes around those that are held back: planes that go along hold only for who goes all the way.
     /// What this holds back may hold back others in turn. Returns whether any is.
-    fn limit_around_held(&self, worker: &Worker<'_, T>, motion: &Motion) -> bool {
+    fn limit_around_held(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, motion: &Motion) -> bool {
+        let is_held = &self.found[worker.index].is_held;
+        let any_held = || self.found.iter().any(|found| found.is_held.load(Ordering::Relaxed));
         for jam in 0..=JAMS {
-            let scratch = self.scratch(worker);
-            // SAFETY: written before a barrier, and again after another.
-            let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
-            if !any {
+            if !any_held() {
                 return jam > 0;
             }
             if worker.is_stopped() {
                 return true;
             }
             scratch.stamp += 1;
-            let held = self.mark_held(worker, jam == 0, scratch.stamp);
+            let held = self.mark_held(worker, scratch, jam == 0);
             worker.synchronise();
-            // SAFETY: its own; all read after the next barrier.
-            unsafe { self.found.item(worker.index) }.held = held;
+            is_held.store(held, Ordering::Relaxed);
             worker.synchronise();
-            // SAFETY: as above.
-            let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
+            let any = any_held();
             worker.synchronise();
-            let limited = any && self.limit_around(worker, motion, jam == JAMS);
-            // SAFETY: as above.
-            unsafe { self.found.item(worker.index) }.held = u64::from(limited);
+            let limited = any && self.limit_around(worker, scratch, motion, jam == JAMS);
+            is_held.store(limited, Ordering::Relaxed);
             worker.synchronise();
         }
         true
     }
 
-    /// Marks a worker's nodes that are held back and were not before, and their leaves. Returns how many they are.
-    fn mark_held(&self, worker: &Worker<'_, T>, is_first: bool, stamp: u64) -> u64 {
-        let scratch = self.scratch(worker);
+    /// Marks a worker's nodes that are held back and were not before, and their leaves. Returns whether there are any.
+    fn mark_held(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, is_first: bool) -> bool {
+        let stamp = scratch.stamp;
         if is_first {
             scratch.first_stamp = stamp;
         }
-        let mut count = 0;
+        let mut any = false;
         self.each_run(worker, |run| {
             for place in run {
                 let is_held = self.limits[place].load(Ordering::Relaxed) < UNLIMITED;
@@ -217,16 +208,21 @@ impl<T: Real> TriangleContact<T> {
                     for &leaf in self.leaves_by_place.of(place) {
                         self.marks[leaf as usize].store(stamp, Ordering::Relaxed);
                     }
-                    count += 1;
+                    any = true;
                 }
             }
         });
-        count
+        any
     }
 
     /// Limits the ways of all pairs with a node that was marked last, or of `all` pairs. Returns whether any node is limited.
-    fn limit_around(&self, worker: &Worker<'_, T>, motion: &Motion, all: bool) -> bool {
-        let scratch = self.scratch(worker);
+    fn limit_around(
+        &self,
+        worker: &Worker<'_, T>,
+        scratch: &mut Scratch<T>,
+        motion: &Motion,
+        all: bool,
+    ) -> bool {
         let (surfaces, level, stamp) = (&self.surfaces, worker.nodes.level, scratch.stamp);
         let digit = T::EPSILON.to_f64() * motion.far;
         let edge = STRETCH * surfaces.longest_edge;
@@ -262,8 +258,7 @@ impl<T: Real> TriangleContact<T> {
 
     /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them. Who may slide goes on in
     /// another round.
-    fn hold(&self, worker: &Worker<'_, T>, is_far: bool, in_rounds: bool) {
-        let scratch = self.scratch(worker);
+    fn hold(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, is_far: bool, in_rounds: bool) {
         let [mut progress, mut taken, mut removed] = [T::ZERO; 3];
         self.each_run(worker, |run| {
             for place in run {
@@ -280,8 +275,7 @@ impl<T: Real> TriangleContact<T> {
                 scratch.responses.push((place as u32, held.state));
             }
         });
-        // SAFETY: its own; all read after a barrier.
-        unsafe { self.found.item(worker.index) }.progress = progress.sqrt().to_f64();
+        self.found[worker.index].progress.set(progress.sqrt().to_f64());
         scratch.taken = [scratch.taken[0].max(removed.to_f64()), taken.to_f64()];
     }
 

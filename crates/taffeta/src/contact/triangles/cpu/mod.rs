@@ -20,7 +20,6 @@ use crate::contact::triangles::carry::Pushed;
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
 use crate::contact::triangles::cpu::carry::Push;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail};
-use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
 use crate::contact::triangles::cpu::solved::Solved;
 use crate::contact::triangles::leaves::Lists;
@@ -30,8 +29,10 @@ use crate::contact::triangles::solved::sustained;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::contact::triangles::tangle::Tangle;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::{Cells, PerWorker};
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::numbers::{Number, Numbers};
+use crate::cpu::shared::Shared;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -54,10 +55,10 @@ pub struct TriangleContact<T> {
     leaves_by_place: Lists,
     mail: Mail<T>,
     /// By kind of pair, and from each worker to each.
-    pushes: Shared<Vec<Push<T>>>,
+    pushes: Cells<Vec<Push<T>>>,
     solved: Solved<T>,
     /// For each place, the number of its contacts.
-    counts: Shared<u32>,
+    counts: Vec<AtomicU32>,
     /// For each place, the part of its motion that it may make before a collider, as the bits of a number from 0 to 1.
     parts: Vec<AtomicU64>,
     /// What limits each place in a round of the filter, and where it slides: see [`slide`](crate::contact::triangles::slide).
@@ -72,8 +73,8 @@ pub struct TriangleContact<T> {
     /// how far colliders have pushed them, and what this round adds [m].
     target: [Shared<T>; 6],
     /// What each worker has found.
-    motion: Shared<Motion>,
-    found: Shared<Found>,
+    motion: Numbers<4>,
+    found: Vec<Found>,
     scratch: PerWorker<Scratch<T>>,
     /// How surfaces pass through each other, where they do.
     tangle: Option<Tangle>,
@@ -87,20 +88,49 @@ pub struct TriangleContact<T> {
     is_in_vain: AtomicBool,
 }
 
-/// What a worker has found in a sub-step.
-#[derive(Clone, Copy, Debug, Default)]
+/// What a worker has found in a sub-step, for all to read after a barrier.
+#[derive(Debug, Default)]
 struct Found {
-    contacts: u64,
+    contacts: Number,
     /// Least distance of a contact relative to its thickness; infinite without.
-    nearest: f64,
+    nearest: Number,
     /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
-    sinks: [f64; 2],
-    /// Nodes that the filter has held back lately.
-    held: u64,
-    /// What the last round of pushes came to.
-    pushed: Pushed,
+    sinks: [Number; 2],
+    /// Whether the filter has held nodes back lately.
+    is_held: AtomicBool,
+    /// What the last round of pushes came to: see [`Pushed`].
+    has_moved: AtomicBool,
+    waiting: AtomicU32,
     /// The longest way in the last round of the filter of a node that has not arrived, or that it slides in the next one [m].
-    progress: f64,
+    progress: Number,
+}
+
+impl Found {
+    fn all(workers: usize) -> Vec<Self> {
+        std::iter::repeat_with(Self::default).take(workers).collect()
+    }
+
+    /// So many contacts, the nearest at this distance, and nothing of rounds yet.
+    fn begin(&self, contacts: usize, nearest: f64) {
+        self.contacts.set(contacts as f64);
+        self.nearest.set(nearest);
+        self.sinks.iter().for_each(|sinks| sinks.set(0.0));
+        self.is_held.store(false, Ordering::Relaxed);
+        self.set_pushed(Pushed::default());
+        self.progress.set(0.0);
+    }
+
+    fn pushed(&self) -> Pushed {
+        Pushed {
+            moved: self.has_moved.load(Ordering::Relaxed),
+            waiting: self.waiting.load(Ordering::Relaxed),
+        }
+    }
+
+    fn set_pushed(&self, Pushed { moved, waiting }: Pushed) {
+        self.has_moved.store(moved, Ordering::Relaxed);
+        self.waiting.store(waiting, Ordering::Relaxed);
+    }
 }
 
 /// The memory of a worker.
@@ -211,9 +241,9 @@ impl<T: Real> TriangleContact<T> {
             leaves: Leaves::new(&surfaces, workers),
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
-            pushes: vec![Vec::new(); 2 * workers * workers].into(),
+            pushes: Cells::new(2 * workers * workers, |_| Vec::new()),
             solved: Solved::new(workers, solved_places),
-            counts: vec![0; surfaces.all_places() + 1].into(),
+            counts: std::iter::repeat_with(|| AtomicU32::new(0)).take(surfaces.all_places() + 1).collect(),
             parts: atomics(places, 1_f64.to_bits()),
             limits: std::iter::repeat_with(|| AtomicU32::new(UNLIMITED)).take(places).collect(),
             held: atomics(places, 0),
@@ -221,8 +251,8 @@ impl<T: Real> TriangleContact<T> {
             before: with_corners(),
             after: with_corners(),
             target: std::array::from_fn(|_| vec![T::ZERO; places].into()),
-            motion: vec![Motion::default(); workers].into(),
-            found: vec![Found::default(); workers].into(),
+            motion: Numbers::new(workers),
+            found: Found::all(workers),
             scratch: PerWorker::new(workers, |_| Scratch::new(places)),
             tangle: None,
             is_tangled: surfaces.start_tangled,
@@ -242,10 +272,10 @@ impl<T: Real> TriangleContact<T> {
         self.save(&mut state);
         self.leaves = Leaves::new(&self.surfaces, workers);
         self.mail = Mail::new(workers);
-        self.pushes = vec![Vec::new(); 2 * workers * workers].into();
+        self.pushes = Cells::new(2 * workers * workers, |_| Vec::new());
         self.solved = self.solved.again(workers);
-        self.motion = vec![Motion::default(); workers].into();
-        self.found = vec![Found::default(); workers].into();
+        self.motion = Numbers::new(workers);
+        self.found = Found::all(workers);
         self.scratch = PerWorker::new(workers, |_| Scratch::new(places));
         // Stamps start again.
         self.held = atomics(places, 0);
@@ -266,12 +296,6 @@ impl<T: Real> TriangleContact<T> {
 
     fn worker_of(&self, node: u32) -> usize {
         self.worker_of[self.tile_of[node as usize] as usize] as usize
-    }
-
-    #[expect(clippy::mut_from_ref, reason = "each worker asks for its own alone")]
-    fn scratch(&self, worker: &Worker<'_, T>) -> &mut Scratch<T> {
-        // SAFETY: each worker has its own, and one reference at a time.
-        unsafe { self.scratch.of(worker.index) }
     }
 
     /// Where nodes would end [m].
@@ -312,19 +336,19 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn run(&self, op: Op, worker: &mut Worker<'_, T>) -> Flow {
+        let scratch = &mut *self.scratch.of(worker.index);
         match op {
             Op::SurfaceContacts => {
-                self.find(worker);
+                self.find(worker, scratch);
                 Flow::Go
             }
-            Op::SurfaceImpulses => self.round(worker),
-            _ => self.filter(worker),
+            Op::SurfaceImpulses => self.round(worker, scratch),
+            _ => self.filter(worker, scratch),
         }
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        // SAFETY: each worker has its own, and asks once.
-        let scratch = unsafe { self.scratch.of(tile.worker) };
+        let scratch = self.scratch.read(tile.worker);
         let responses = &scratch.responses[scratch.tiles[tile.number]..scratch.tiles[tile.number + 1]];
         tile.move_nodes(responses.iter().map(|&(node, state)| (node as usize, state)));
     }
@@ -352,9 +376,9 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         if substeps == 0 {
             return;
         }
-        for found in self.found.get_mut() {
-            sums.pairs.pairs += found.contacts;
-            sums.pairs.nearest = sums.pairs.nearest.min(found.nearest);
+        for found in &self.found {
+            sums.pairs.pairs += found.contacts.get() as u64;
+            sums.pairs.nearest = sums.pairs.nearest.min(found.nearest.get());
         }
         sums.pairs.searches += searches.unwrap_or(0);
         let squeezed = self.scratch.iter_mut().map(|scratch| scratch.squeezed).max();
@@ -387,7 +411,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             self.set_workers(chunks.len());
         }
         self.share(tiles, chunks);
-        self.counts.get_mut().fill(0);
+        self.counts.iter_mut().for_each(|count| *count.get_mut() = 0);
         for scratch in self.scratch.iter_mut() {
             scratch.touched.clear();
             scratch.slot.fill(NO_SLOT);
@@ -396,10 +420,8 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn save(&self, state: &mut SolverState) {
         state.is_tangled |= self.is_tangled;
-        for worker in 0..self.found.len() {
-            // SAFETY: no worker works between frames.
-            let carried = &unsafe { self.scratch.of(worker) }.carried;
-            state.contacts.extend(carried.iter().map(|one| ContactForce {
+        for scratch in self.scratch.iter() {
+            state.contacts.extend(scratch.carried.iter().map(|one| ContactForce {
                 kind: one.kind as u8,
                 pair: one.key,
                 force: one.force.map(T::to_f64),
@@ -436,18 +458,15 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn bytes(&self) -> usize {
-        // SAFETY: no worker works between frames.
-        let lists = (0..self.found.len()).map(|worker| unsafe { self.scratch.of(worker) }.pairs.bytes());
-        lists.sum::<usize>()
+        self.scratch.iter().map(|scratch| scratch.pairs.bytes()).sum::<usize>()
             + 8 * (self.parts.len() + self.held.len() + self.marks.len())
-            + 4 * (self.limits.len() + self.tile_of.len() + self.worker_of.len())
+            + 4 * (self.limits.len() + self.tile_of.len() + self.worker_of.len() + self.counts.len())
             + self.start.iter().map(|column| size_of_val(&column[..])).sum::<usize>()
             + size_of_val(&self.surfaces.leaves[..])
             + self.surfaces.rings.bytes()
             + self.surfaces.corners_at.bytes()
             + self.leaves.bytes()
             + self.leaves_by_place.bytes()
-            + self.counts.bytes()
             + self.solved.bytes()
             + self.before.iter().chain(&self.after).chain(&self.target).map(Shared::bytes).sum::<usize>()
     }

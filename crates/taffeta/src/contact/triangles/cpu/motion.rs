@@ -147,11 +147,11 @@ impl<T: Real> TriangleContact<T> {
 
     /// The motion of all workers. All call it, and again only after a barrier.
     pub(super) fn join(&self, worker: &Worker<'_, T>, own: Motion) -> Motion {
-        // SAFETY: its own; all read after the barrier, and write again after another one.
-        *unsafe { self.motion.item(worker.index) } = own;
+        self.motion.set(worker.index, [own.most, own.corners, own.change, own.far]);
         worker.synchronise();
-        // SAFETY: as above.
-        unsafe { self.motion.read() }.iter().fold(Motion::default(), |all, one| all.join(*one))
+        let motions =
+            self.motion.iter().map(|[most, corners, change, far]| Motion { most, corners, change, far });
+        motions.fold(Motion::default(), Motion::join)
     }
 
     /// Has nodes go at most `cap` [m] towards where they would end. Sets where they go from in later rounds.

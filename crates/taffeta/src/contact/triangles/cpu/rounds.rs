@@ -1,6 +1,6 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
-use super::{Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
+use super::{NO_SLOT, Scratch, Touched, TriangleContact, read};
 use crate::contact::triangles::cones::Nearest;
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, What};
@@ -15,6 +15,7 @@ use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale};
+use std::sync::atomic::Ordering;
 
 /// Which contacts are looked for.
 #[derive(Clone, Copy)]
@@ -73,49 +74,46 @@ impl<T: Real> Look<'_, T> {
 
 impl<T: Real> TriangleContact<T> {
     /// Finds the contacts of the sub-step.
-    pub(super) fn find(&self, worker: &mut Worker<'_, T>) {
+    pub(super) fn find(&self, worker: &mut Worker<'_, T>, scratch: &mut Scratch<T>) {
         let moving = worker.substep.extensions.get::<Corners<T>>();
         self.take(worker, moving.map(|corners| [&corners.before[..], &corners.after[..]]));
         worker.synchronise();
-        self.scratch(worker).contacts.clear();
-        self.lead_out(worker);
+        scratch.contacts.clear();
+        self.lead_out(worker, &mut scratch.contacts);
         // In an implicit step the solver leads back what passes through a surface.
-        let leads = !self.scratch(worker).is_solved;
+        let leads = !scratch.is_solved;
         if leads {
-            self.pull(worker);
+            self.pull(worker, &mut scratch.contacts);
         }
         let asked = Asked { h: worker.substep.h, within: T::ONE, leads };
-        self.look(worker, Some(asked), 0.0);
-        let scratch = self.scratch(worker);
+        self.look(worker, scratch, Some(asked), 0.0);
         (scratch.round, scratch.filter_round) = (0, Some(0));
         let nearest = scratch.contacts.iter().map(|one| {
             let Active { contact, .. } = one;
             (T::ONE + contact.gap / contact.thickness).max(T::ZERO).to_f64()
         });
-        let found = Found {
-            contacts: scratch.contacts.len() as u64,
-            nearest: nearest.fold(f64::INFINITY, f64::min),
-            ..Found::default()
-        };
-        // SAFETY: its own; all read after the barrier.
-        unsafe {
-            *self.found.item(worker.index) = found;
-            let places = self.surfaces.places as u32;
-            self.mail.send_parts(worker.index, &scratch.contacts, places, |node| self.worker_of(node));
-        }
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        self.found[worker.index].begin(scratch.contacts.len(), nearest);
+        let places = self.surfaces.places as u32;
+        self.mail.send_parts(worker.index, &scratch.contacts, places, |node| self.worker_of(node));
         worker.synchronise();
-        self.take_nodes(worker);
+        self.take_nodes(worker, scratch);
     }
 
     /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and the
     /// contacts that are asked for.
-    pub(super) fn look(&self, worker: &Worker<'_, T>, asked: Option<Asked<T>>, extra: f64) {
+    pub(super) fn look(
+        &self,
+        worker: &Worker<'_, T>,
+        Scratch { pairs, memory, close, contacts, carried, .. }: &mut Scratch<T>,
+        asked: Option<Asked<T>>,
+        extra: f64,
+    ) {
         let (before, after, level) = (read(&self.before), read(&self.after), worker.nodes.level);
         let (index, surfaces) = (worker.index, &self.surfaces);
         self.leaves.follow(index, surfaces, [before, after], level);
         worker.synchronise();
         let lifts = lifts(worker);
-        let Scratch { pairs, memory, close, contacts, carried, .. } = self.scratch(worker);
         pairs.extra = extra;
         self.leaves.advance(index, pairs, surfaces, level, || worker.synchronise());
         close.iter_mut().for_each(Vec::clear);
@@ -181,45 +179,37 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Counts the contacts of a worker's nodes, and keeps the state of these.
-    fn take_nodes(&self, worker: &Worker<'_, T>) {
-        let scratch = self.scratch(worker);
+    fn take_nodes(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>) {
         for one in scratch.touched.drain(..) {
             scratch.slot[one.node as usize] = NO_SLOT;
-            // SAFETY: its own node; others read after the barrier.
-            *unsafe { self.counts.item(one.node as usize) } = 0;
+            // Its own node; others read after the barrier.
+            self.counts[one.node as usize].store(0, Ordering::Relaxed);
         }
         let state = self.state(worker);
-        // SAFETY: its own mail and nodes; others read counts after the barrier.
-        unsafe {
-            self.mail.each_part(worker.index, |part| {
-                let place = part.node as usize;
-                let count = self.counts.item(place);
-                if *count == 0 {
-                    let base = state.map(|column| column[place]);
-                    let (node, zero) = (part.node, [T::ZERO; 3]);
-                    scratch.touched.push(Touched { node, base, push: zero, sum: zero });
-                }
-                *count += 1;
-            });
-        }
+        self.mail.each_part(worker.index, |part| {
+            let place = part.node as usize;
+            let count = self.counts[place].load(Ordering::Relaxed);
+            if count == 0 {
+                let base = state.map(|column| column[place]);
+                let (node, zero) = (part.node, [T::ZERO; 3]);
+                scratch.touched.push(Touched { node, base, push: zero, sum: zero });
+            }
+            self.counts[place].store(count + 1, Ordering::Relaxed);
+        });
         scratch.touched.sort_unstable_by_key(|one| (self.tile_of[one.node as usize], one.node));
         for (slot, one) in (0..).zip(&scratch.touched) {
             scratch.slot[one.node as usize] = slot;
         }
-        // SAFETY: its own mail.
-        unsafe { self.mail.each_part(worker.index, |part| part.node = scratch.slot[part.node as usize]) };
+        self.mail.each_part(worker.index, |part| part.node = scratch.slot[part.node as usize]);
     }
 
     /// A round of impulses: corrects them for the velocities that those of the round before gave.
-    pub(super) fn round(&self, worker: &mut Worker<'_, T>) -> Flow {
+    pub(super) fn round(&self, worker: &mut Worker<'_, T>, scratch: &mut Scratch<T>) -> Flow {
         let h = worker.substep.h;
-        let scratch = self.scratch(worker);
-        // SAFETY: written before a barrier, and again after another.
-        let found = unsafe { self.found.read() };
-        let contacts: u64 = found.iter().map(|found| found.contacts).sum();
+        let any = self.found.iter().any(|found| found.contacts.get() > 0.0);
         let last = scratch.round.wrapping_sub(1) % 2;
-        let sinks = scratch.round < 2 || found.iter().any(|found| found.sinks[last] > SINKS);
-        if contacts == 0 || !sinks {
+        let sinks = scratch.round < 2 || self.found.iter().any(|found| found.sinks[last].get() > SINKS);
+        if !any || !sinks {
             worker.mark_moved(|_| false);
             return Flow::Done;
         }
@@ -238,23 +228,19 @@ impl<T: Real> TriangleContact<T> {
                 sinks = sinks.max(one.contact.sinks(velocity, h));
                 one.impulse = one.contact.correct(one.impulse, velocity, h);
             }
-            // SAFETY: its own; all read after a barrier.
-            unsafe { self.found.item(worker.index) }.sinks[scratch.round % 2] = sinks.to_f64();
+            self.found[worker.index].sinks[scratch.round % 2].set(sinks.to_f64());
         }
         let impulses = scratch.contacts.iter().map(|one| one.impulse);
-        // SAFETY: its own; all read after the barrier.
-        unsafe { self.mail.send(What::Impulses, worker.index, impulses) };
+        self.mail.send(What::Impulses, worker.index, impulses);
         worker.synchronise();
         let touched = &mut scratch.touched;
         if scratch.round == 0 {
             let more = |node: usize, vector| touched[node].push = add(touched[node].push, vector);
-            // SAFETY: as above.
-            unsafe { self.mail.sum(What::Pushes, worker.index, more) };
+            self.mail.sum(What::Pushes, worker.index, more);
         }
         touched.iter_mut().for_each(|one| one.sum = [T::ZERO; 3]);
         let more = |node: usize, vector| touched[node].sum = add(touched[node].sum, vector);
-        // SAFETY: as above.
-        unsafe { self.mail.sum(What::Impulses, worker.index, more) };
+        self.mail.sum(What::Impulses, worker.index, more);
         let w = &worker.nodes.inverse_mass;
         scratch.responses.clear();
         for Touched { node, base, push, sum } in &scratch.touched {
@@ -268,21 +254,20 @@ impl<T: Real> TriangleContact<T> {
             scratch.responses.push((*node, state));
         }
         scratch.round += 1;
-        self.list_by_tile(worker);
+        self.list_by_tile(worker, scratch);
         Flow::Go
     }
 
     /// The first guess: impulses of the last sub-step, and what old overlaps ask for.
     fn start(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, h: T) {
-        // SAFETY: written before a barrier, and again after another.
-        let counts = unsafe { self.counts.read() };
+        let count = |place: usize| self.counts[place].load(Ordering::Relaxed);
         let w = &worker.nodes.inverse_mass;
         let (before, after) = (read(&self.before), read(&self.after));
         let w = |place: usize| if place < self.surfaces.places { w[place] } else { T::ZERO };
         for one in &mut scratch.contacts {
             let parts = [0, 1, 2, 3].map(|node| {
                 let (weight, place) = (one.weights[node], one.nodes[node] as usize);
-                (weight.abs(), w(place) * T::from_f64(f64::from(counts[place])))
+                (weight.abs(), w(place) * T::from_f64(f64::from(count(place))))
             });
             one.contact.mobility = mobility(parts);
             one.impulse = one.contact.start(one.impulse);
@@ -293,13 +278,11 @@ impl<T: Real> TriangleContact<T> {
             one.contact.advance = (-dot(one.contact.normal, moved)).max(T::ZERO);
         }
         let pushes = scratch.contacts.iter().map(|one| one.contact.push(h));
-        // SAFETY: its own; all read after the barrier.
-        unsafe { self.mail.send(What::Pushes, worker.index, pushes) };
+        self.mail.send(What::Pushes, worker.index, pushes);
     }
 
     /// Sorts the responses by tile, and marks tiles that have some.
-    pub(super) fn list_by_tile(&self, worker: &Worker<'_, T>) {
-        let scratch = self.scratch(worker);
+    pub(super) fn list_by_tile(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>) {
         scratch.tiles.clear();
         for tile in worker.tiles.start..=worker.tiles.end {
             let before = |(node, _): &(u32, [T; 6])| (self.tile_of[*node as usize] as usize) < tile;

@@ -6,13 +6,16 @@ use super::{NO_KEY, Scratch, TriangleContact, positions};
 use crate::contact::triangles::cpu::contacts::Carried;
 use crate::contact::triangles::solved::{NEAR, SolvedContact, relative, taken_back};
 use crate::contact::triangles::surfaces::Corners;
+use crate::cpu::cells::{Cells, PerWorker};
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, Symmetric, add, dot, scale, sub};
 use crate::topology::LANES;
+use atomic_refcell::AtomicRef;
 use std::array::from_fn;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// No body: what is no part of the system.
 pub const NO_BODY: u32 = u32::MAX;
@@ -48,17 +51,18 @@ struct Slice {
 
 /// The contacts of a sub-step in the system.
 pub struct Solved<T> {
-    /// By worker: those that it has found; those that act, as products have them; and what each takes back of the vector of the
-    /// product to come [N·s].
-    contacts: Shared<Vec<SolvedContact<T>>>,
-    acting: Shared<Vec<Acting<T>>>,
+    /// By worker: those that it has found, and their number.
+    contacts: PerWorker<Vec<SolvedContact<T>>>,
+    counts: Vec<AtomicUsize>,
+    /// By worker: those that act, as products have them; and what each takes back of the vector of the product to come [N·s].
+    acting: PerWorker<Vec<Acting<T>>>,
     taken: Shared<Vec<[T; 3]>>,
     /// From each worker to each: their nodes. By worker: those of its share, ascending.
-    sent: Shared<Vec<Row<T>>>,
+    sent: Cells<Vec<Row<T>>>,
     rows: Shared<Vec<Row<T>>>,
     slices: Shared<Slice>,
     /// By worker: bodies that contacts join; with [`NO_BODY`], those that they hold.
-    links: Shared<Vec<[u32; 2]>>,
+    links: PerWorker<Vec<[u32; 2]>>,
 }
 
 /// What contacts add to a product of a system.
@@ -87,13 +91,14 @@ impl<T: Real> Solved<T> {
     /// For so many workers, and nodes of so many places.
     pub fn new(workers: usize, places: usize) -> Self {
         Self {
-            contacts: vec![Vec::new(); workers].into(),
-            acting: vec![Vec::new(); workers].into(),
+            contacts: PerWorker::new(workers, |_| Vec::new()),
+            counts: (0..workers).map(|_| AtomicUsize::new(0)).collect(),
+            acting: PerWorker::new(workers, |_| Vec::new()),
             taken: vec![Vec::new(); workers].into(),
-            sent: vec![Vec::new(); workers * workers].into(),
+            sent: Cells::new(workers * workers, |_| Vec::new()),
             rows: vec![Vec::new(); workers].into(),
             slices: vec![Slice::default(); places.div_ceil(LANES)].into(),
-            links: vec![Vec::new(); workers].into(),
+            links: PerWorker::new(workers, |_| Vec::new()),
         }
     }
 
@@ -105,12 +110,6 @@ impl<T: Real> Solved<T> {
     /// Bytes that it takes, but for its lists.
     pub fn bytes(&self) -> usize {
         self.slices.bytes()
-    }
-
-    #[expect(clippy::mut_from_ref, reason = "each worker asks for its own alone")]
-    fn own(&self, worker: &Worker<'_, T>) -> &mut Vec<SolvedContact<T>> {
-        // SAFETY: its own; others read them after a barrier.
-        unsafe { self.contacts.item(worker.index) }
     }
 }
 
@@ -200,15 +199,15 @@ impl<T: Real> TriangleContact<T> {
     pub fn find_solved(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
         self.take_start(worker);
         worker.synchronise();
-        let scratch = self.scratch(worker);
+        let scratch = &mut *self.scratch.of(worker.index);
         scratch.is_solved = true;
         scratch.contacts.clear();
-        self.lead_out(worker);
-        self.pull(worker);
+        self.lead_out(worker, &mut scratch.contacts);
+        self.pull(worker, &mut scratch.contacts);
         let beyond = (NEAR - 1.0) * self.surfaces.thickest;
         let asked = Asked { h: worker.substep.h, within: T::from_f64(NEAR), leads: true };
-        self.look(worker, Some(asked), beyond);
-        let own = self.solved.own(worker);
+        self.look(worker, scratch, Some(asked), beyond);
+        let mut own = self.solved.contacts.of(worker.index);
         own.clear();
         own.extend(scratch.contacts.iter().map(|one| SolvedContact {
             nodes: one.nodes,
@@ -221,7 +220,9 @@ impl<T: Real> TriangleContact<T> {
             body: NO_BODY,
             ..SolvedContact::default()
         }));
-        self.send_rows(worker, system);
+        self.solved.counts[worker.index].store(own.len(), Ordering::Relaxed);
+        self.send_rows(worker, system, &mut own);
+        drop(own);
         worker.synchronise();
         self.take_rows(worker, system);
         worker.synchronise();
@@ -246,16 +247,14 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Sends the nodes of a worker's contacts to whoever has them, and notes which bodies these join.
-    fn send_rows(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
+    fn send_rows(&self, worker: &Worker<'_, T>, system: &System<'_, T>, contacts: &mut [SolvedContact<T>]) {
         let (workers, places) = (self.found.len(), self.surfaces.places);
-        // SAFETY: its own; others read them after the next barrier.
-        let links = unsafe { self.solved.links.item(worker.index) };
+        let mut links = self.solved.links.of(worker.index);
         links.clear();
-        for to in 0..workers {
-            // SAFETY: as above.
-            unsafe { self.solved.sent.item(worker.index * workers + to) }.clear();
-        }
-        for (number, one) in (0..).zip(self.solved.own(worker)) {
+        let mut sent: Vec<_> =
+            (0..workers).map(|to| self.solved.sent.of(worker.index * workers + to)).collect();
+        sent.iter_mut().for_each(|rows| rows.clear());
+        for (number, one) in (0..).zip(contacts) {
             let corners = (0..4).filter(|&corner| one.weights[corner] != T::ZERO);
             let bodies = corners.clone().map(|corner| system.bodies.get(one.nodes[corner] as usize).copied());
             if bodies.clone().any(|body| body == Some(NO_BODY)) {
@@ -273,8 +272,7 @@ impl<T: Real> TriangleContact<T> {
             for corner in corners.filter(|&corner| (one.nodes[corner] as usize) < places) {
                 let place = one.nodes[corner];
                 let to = system.shares.partition_point(|&first| first <= place) - 1;
-                // SAFETY: as above.
-                unsafe { self.solved.sent.item(worker.index * workers + to) }.push(Row {
+                sent[to].push(Row {
                     place,
                     worker: worker.index as u32,
                     contact: number,
@@ -288,62 +286,53 @@ impl<T: Real> TriangleContact<T> {
     /// Lists the nodes of a worker's share by slices.
     fn take_rows(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
         let workers = self.found.len();
-        // SAFETY: its own mail, sent before a barrier; its own rows and slices, which others read after the next one.
-        let rows = unsafe { self.solved.rows.item(worker.index) };
-        rows.clear();
-        for from in 0..workers {
-            // SAFETY: as above.
-            rows.extend_from_slice(unsafe { self.solved.sent.item(from * workers + worker.index) });
-        }
-        // A stable sort: the sums of a node are in the order of contacts, whoever has found them.
-        rows.sort_by_key(|row| row.place);
         let first = |share: usize| {
             system.shares.get(share).map_or(self.solved.slices.len(), |&place| place as usize / LANES)
         };
         let own = first(worker.index)..first(worker.index + 1);
+        // SAFETY: its own rows and slices, which others read after the next barrier.
+        let (rows, slices) =
+            unsafe { (self.solved.rows.item(worker.index), self.solved.slices.write(own.clone())) };
+        rows.clear();
+        for from in 0..workers {
+            rows.extend_from_slice(&self.solved.sent.read(from * workers + worker.index));
+        }
+        // A stable sort: the sums of a node are in the order of contacts, whoever has found them.
+        rows.sort_by_key(|row| row.place);
         let mut from = 0;
-        for number in own {
+        for (number, slice) in own.zip(slices) {
             let to = from + rows[from..].partition_point(|row| row.place as usize / LANES <= number);
-            // SAFETY: as above.
-            *unsafe { self.solved.slices.item(number) } =
-                Slice { worker: worker.index as u32, rows: [from as u32, to as u32] };
+            *slice = Slice { worker: worker.index as u32, rows: [from as u32, to as u32] };
             from = to;
         }
     }
 
     /// Pairs of bodies that contacts join; with [`NO_BODY`], bodies that they hold. Known after [`Self::find_solved`].
     pub fn solved_links(&self) -> impl Iterator<Item = [u32; 2]> {
-        // SAFETY: written before a barrier, and again after another.
-        unsafe { self.solved.links.read() }.iter().flatten().copied()
+        self.solved.links.iter().flat_map(|links| links.clone())
     }
 
     /// Whether any contact is part of the system. All workers answer the same after [`Self::find_solved`].
     pub fn has_solved(&self) -> bool {
-        // SAFETY: written before a barrier, and again after another.
-        unsafe { self.solved.contacts.read() }.iter().any(|contacts| !contacts.is_empty())
+        self.solved.counts.iter().any(|count| count.load(Ordering::Relaxed) > 0)
     }
 
     /// The contacts that a worker has found.
-    pub fn solved_of(&self, worker: &Worker<'_, T>) -> &[SolvedContact<T>] {
-        self.solved.own(worker)
+    pub fn solved_of(&self, worker: &Worker<'_, T>) -> AtomicRef<'_, Vec<SolvedContact<T>>> {
+        self.solved.contacts.read(worker.index)
     }
 
     /// The contacts that each worker has found.
-    ///
-    /// # Safety
-    /// As of [`Shared::read`]: no worker is in a method that changes them.
-    pub unsafe fn solved_contacts(&self) -> &[Vec<SolvedContact<T>>] {
-        // SAFETY: promised by the caller.
-        unsafe { self.solved.contacts.read() }
+    pub fn solved_contacts(&self) -> Vec<AtomicRef<'_, Vec<SolvedContact<T>>>> {
+        self.solved.contacts.iter().collect()
     }
 
     /// Finds what a worker's contacts take back of a vector by place, for a product that follows after a barrier.
     pub fn take_back(&self, worker: &Worker<'_, T>, vector: [&[T]; 3]) {
         let places = self.surfaces.places;
-        // SAFETY: its own, and what others read after the next barrier.
-        let (acting, taken) = unsafe {
-            (&*self.solved.acting.item(worker.index), self.solved.taken.item(worker.index).as_mut_slice())
-        };
+        let acting = &self.solved.acting.read(worker.index)[..];
+        // SAFETY: its own; others read it after the next barrier.
+        let taken = unsafe { self.solved.taken.item(worker.index) };
         worker.nodes.level.run(TakeBack { acting, vector, places, taken });
     }
 
@@ -379,7 +368,8 @@ impl<T: Real> TriangleContact<T> {
             place if place < places => [3, 4, 5].map(|axis| moved[axis][place]),
             corner => corner_way(corner - places).map(|way| way / step),
         };
-        for one in self.solved.own(worker).iter_mut() {
+        let own = &mut *self.solved.contacts.of(worker.index);
+        for one in own.iter_mut() {
             if one.body == NO_BODY || is_met(one.body as usize) {
                 continue;
             }
@@ -395,10 +385,9 @@ impl<T: Real> TriangleContact<T> {
             let gap = one.gap + dot(one.relative(way), one.normal);
             one.linearise(gap, one.relative(velocity), system.h);
         }
-        let own = self.solved.own(worker);
-        // SAFETY: its own; others read them after a barrier.
-        let (acting, taken) =
-            unsafe { (self.solved.acting.item(worker.index), self.solved.taken.item(worker.index)) };
+        // SAFETY: its own; others read it after a barrier.
+        let taken = unsafe { self.solved.taken.item(worker.index) };
+        let mut acting = self.solved.acting.of(worker.index);
         acting.clear();
         let (mut numbers, mut count) = ([0; LANES], 0);
         for (number, one) in (0..).zip(own.iter()) {
@@ -417,11 +406,15 @@ impl<T: Real> TriangleContact<T> {
         taken.resize(own.len(), [T::ZERO; 3]);
     }
 
-    /// Calls `job` with each contact of the nodes of some places, whole slices, the place and which of the contact's nodes it is.
-    pub fn each_solved(&self, part: &Range<usize>, mut job: impl FnMut(usize, &SolvedContact<T>, usize)) {
-        let Solved { contacts, rows, slices, .. } = &self.solved;
-        // SAFETY: written before a barrier, and again after another.
-        let (contacts, rows, slices) = unsafe { (contacts.read(), rows.read(), slices.read()) };
+    /// Calls `job` with each of the `contacts` that workers have found of the nodes of some places, whole slices, the place and which
+    /// of the contact's nodes it is.
+    pub fn each_solved(
+        &self,
+        contacts: &[AtomicRef<'_, Vec<SolvedContact<T>>>],
+        part: &Range<usize>,
+        mut job: impl FnMut(usize, &SolvedContact<T>, usize),
+    ) {
+        let ContactBlocks { rows, slices, .. } = self.solved_blocks();
         for slice in &slices[part.start / LANES..part.end / LANES] {
             for row in &rows[slice.worker as usize][slice.rows[0] as usize..slice.rows[1] as usize] {
                 let one = &contacts[row.worker as usize][row.contact as usize];
@@ -439,7 +432,7 @@ impl<T: Real> TriangleContact<T> {
     ) {
         let places = self.surfaces.places;
         let of = |node: u32| if (node as usize) < places { step(node as usize) } else { [T::ZERO; 3] };
-        for one in self.solved.own(worker).iter_mut() {
+        for one in self.solved.contacts.of(worker.index).iter_mut() {
             if one.body != NO_BODY && !is_met(one.body as usize) {
                 one.applied = add(one.impulse, scale(one.times(one.relative(of)), -T::ONE));
             }
@@ -448,9 +441,9 @@ impl<T: Real> TriangleContact<T> {
 
     /// Tells the rounds after the solver which impulses it has found.
     pub fn keep_solved(&self, worker: &Worker<'_, T>) {
-        let Scratch { contacts, carried, .. } = self.scratch(worker);
+        let Scratch { contacts, carried, .. } = &mut *self.scratch.of(worker.index);
         carried.clear();
-        for (active, one) in contacts.iter().zip(self.solved.own(worker).iter()) {
+        for (active, one) in contacts.iter().zip(self.solved_of(worker).iter()) {
             let solved = (one.body != NO_BODY).then_some(one.applied);
             let acts = solved.unwrap_or(active.carried.force) != [T::ZERO; 3];
             if acts && active.carried.key != NO_KEY {

@@ -52,12 +52,11 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Adds contacts that move lines of intersection to those of the first worker, whose contacts come first.
-    pub(super) fn pull(&self, worker: &Worker<'_, T>) {
+    pub(super) fn pull(&self, worker: &Worker<'_, T>, contacts: &mut Vec<Active<T>>) {
         if worker.index > 0 {
             return;
         }
         let (x, lifts) = (read(&self.before), lifts(worker));
-        let contacts = &mut self.scratch(worker).contacts;
         let pulls = self.tangle.iter().flat_map(|tangle| &tangle.pulls).filter(|pull| {
             let [a, b, c] = pull.triangle;
             !self.is_lifted_out(lifts, [pull.node, a, b, c])
@@ -66,10 +65,9 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Adds contacts that lead nodes out of colliders to those of the first worker.
-    pub(super) fn lead_out(&self, worker: &Worker<'_, T>) {
+    pub(super) fn lead_out(&self, worker: &Worker<'_, T>, contacts: &mut Vec<Active<T>>) {
         if worker.index == 0 {
-            let led = lifts(worker).iter().map(|lift| self.lifted(lift));
-            self.scratch(worker).contacts.extend(led);
+            contacts.extend(lifts(worker).iter().map(|lift| self.lifted(lift)));
         }
     }
 

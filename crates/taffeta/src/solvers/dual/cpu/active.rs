@@ -5,14 +5,16 @@ use crate::solvers::dual::cpu::{Dual, Layout, SolveWorker};
 use crate::solvers::dual::distance::becomes_active;
 use crate::step::Marks;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 impl<T: Real> Dual<T> {
     /// Recounts the nodes with active constraints. A tile whose count is not 0 checks its constraints again.
     pub(crate) fn recount(&mut self, active: &[bool]) {
-        for (tile, counts) in self.tiles.iter().zip(self.work.tile_nodes.get_mut()) {
+        for (tile, counts) in self.tiles.iter().zip(&mut self.work.tile_nodes) {
             let here = |place| self.by_place.row(place).iter().filter(|&&end| active[end as usize / 2]);
             let ends = tile.runs().flat_map(|(_, run)| run).map(|place| here(place).count() as u32);
-            *counts = ends.fold([0; 2], |[nodes, all], here| [nodes + u32::from(here > 0), all + here]);
+            let new = ends.fold([0; 2], |[nodes, all], here| [nodes + u32::from(here > 0), all + here]);
+            *counts = new.map(AtomicU32::new);
         }
     }
 }
@@ -31,8 +33,8 @@ impl<T: Real> SolveWorker<'_, '_, T> {
     pub(crate) fn compact(&mut self) {
         self.worker.tiles.clone().for_each(|tile| self.activate(tile));
         self.worker.synchronise();
-        // SAFETY: counted before a barrier, and counted again after the next.
-        let first_rows = prefix(unsafe { self.shared.tile_rows.read() }, |&rows| rows);
+        // Counted before a barrier, and counted again after the next.
+        let first_rows = prefix(&self.shared.tile_rows, |rows| rows);
         if first_rows.last() == Some(&0) {
             self.worker.tiles.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
             self.scratch.layout = Layout::default();
@@ -43,9 +45,8 @@ impl<T: Real> SolveWorker<'_, '_, T> {
             self.count_nodes(tile);
         }
         self.worker.synchronise();
-        // SAFETY: as above.
-        let counts = unsafe { self.shared.tile_nodes.read() };
-        let [first_nodes, first_ends] = [0, 1].map(|which| prefix(counts, |count| count[which]));
+        let counts = &self.shared.tile_nodes;
+        let [first_nodes, first_ends] = [0, 1].map(|which| prefix(counts, |count| &count[which]));
         for tile in self.worker.tiles.clone() {
             self.list_nodes(tile, first_nodes[tile], first_ends[tile]);
         }
@@ -61,8 +62,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
                 count += self.activate_some(range);
             }
         }
-        // SAFETY: each tile is in one worker's share; others read after a barrier.
-        *unsafe { self.shared.tile_rows.item(tile) } = count;
+        self.shared.tile_rows[tile].store(count, Ordering::Relaxed);
     }
 
     fn activate_some(&self, range: &Range<usize>) -> u32 {
@@ -72,29 +72,32 @@ impl<T: Real> SolveWorker<'_, '_, T> {
             stretch * stretch
         });
         // SAFETY: tiles own different constraints, each tile is in one worker's share, and others read after a barrier.
-        let (active, multiplier) =
-            unsafe { (self.shared.active.write(range.clone()), self.shared.multiplier.write(range.clone())) };
+        let multiplier = unsafe { self.shared.multiplier.write(range.clone()) };
         let mut count = 0;
-        for ((active, multiplier), row) in active.iter_mut().zip(multiplier).zip(range.clone()) {
+        for (multiplier, row) in multiplier.iter_mut().zip(range.clone()) {
             let [first, second] = self.solve.list.ends[row];
             let ends = [first as usize, second as usize];
             let [a, b] = [self.worker.old_position(ends[0]), self.worker.old_position(ends[1])];
             let free = ends.iter().any(|&end| self.worker.nodes.inverse_mass[end] > T::ZERO);
-            *active = becomes_active(sub(b, a), self.solve.rest[row], limits, free, *active);
-            count += u32::from(*active);
-            if !*active {
+            let was_active = self.is_active(row);
+            let active = becomes_active(sub(b, a), self.solve.rest[row], limits, free, was_active);
+            self.shared.active[row].store(active, Ordering::Relaxed);
+            count += u32::from(active);
+            if !active {
                 *multiplier = T::ZERO;
             }
         }
         count
     }
 
+    fn is_active(&self, constraint: usize) -> bool {
+        self.shared.active[constraint].load(Ordering::Relaxed)
+    }
+
     /// Lists the active constraints of a tile from row `first` on.
     fn list_rows(&self, tile: usize, first: usize) {
-        // SAFETY: decided before a barrier, and again after the next.
-        let active = unsafe { self.shared.active.read() };
         let all = self.solve.of_tile[tile].iter().cloned().flatten();
-        for (row, constraint) in (first..).zip(all.filter(|&constraint| active[constraint])) {
+        for (row, constraint) in (first..).zip(all.filter(|&constraint| self.is_active(constraint))) {
             // SAFETY: rows of tiles follow each other, tiles own different constraints; others read after a barrier.
             let (which, row_of) =
                 unsafe { (self.shared.which.item(row), self.shared.row_of.item(constraint)) };
@@ -104,9 +107,9 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// The active entries of a place.
     fn entries(&self, place: usize) -> impl Iterator<Item = u32> + use<'_, T> {
-        // SAFETY: all have decided before a barrier, and decide again after the next.
-        let active = unsafe { self.shared.active.read() };
-        self.solve.by_place.row(place).iter().copied().filter(|&end| active[end as usize / 2])
+        let active = &self.shared.active;
+        let is_active = |end: u32| active[end as usize / 2].load(Ordering::Relaxed);
+        self.solve.by_place.row(place).iter().copied().filter(move |&end| is_active(end))
     }
 
     /// Counts the nodes of a tile that have active constraints.
@@ -123,8 +126,8 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// Lists them and their entries.
     fn list_nodes(&self, tile: usize, first: u32, first_end: u32) {
-        // SAFETY: counted before a barrier.
-        let [count, count_ends] = unsafe { self.shared.tile_nodes.read() }[tile];
+        let [count, count_ends] =
+            self.shared.tile_nodes[tile].each_ref().map(|count| count.load(Ordering::Relaxed));
         if count == 0 {
             return;
         }
@@ -174,23 +177,22 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// Whether the nodes of one of its tiles wait.
     fn waits(&self, tile: usize) -> bool {
-        // SAFETY: tiles are marked by the worker in whose chunk they are.
-        unsafe { self.worker.marks.item(tile) }.has(Marks::SOLVED)
+        self.worker.marks[tile].has(Marks::SOLVED)
     }
 
     /// Sets the counts of one of its tiles.
     fn note_counts(&self, tile: usize, counts: [u32; 2]) {
-        // SAFETY: as above; others read after a barrier.
-        *unsafe { self.shared.tile_nodes.item(tile) } = counts;
+        let all = self.shared.tile_nodes[tile].iter().zip(counts);
+        all.for_each(|(old, count)| old.store(count, Ordering::Relaxed));
     }
 }
 
 /// Prefix sums of the counts, and their total.
-fn prefix<C>(counts: &[C], count: impl Fn(&C) -> u32) -> Vec<u32> {
+fn prefix<C>(counts: &[C], count: impl Fn(&C) -> &AtomicU32) -> Vec<u32> {
     let mut before = vec![0];
     let mut sum = 0;
     before.extend(counts.iter().map(|one| {
-        sum += count(one);
+        sum += count(one).load(Ordering::Relaxed);
         sum
     }));
     before

@@ -105,7 +105,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 // These forces have predicted the contacts.
                 x.fill(T::ZERO);
             }
-            worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
+            worker.note_sum(chunk, 0, level.run(Combine { to: r, factor: T::ONE, other: w }));
             level.run(Along { rows, vector: if warm { x } else { r }, row_forces });
         });
         self.worker.synchronise();
@@ -126,8 +126,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let part = worker.rows_of(chunk);
             let [_, curvature] = worker.apply_to(&part, Vector::X);
             let Vectors { x, r, .. } = worker.vectors(&part);
-            let sums = worker.sums_of(chunk);
-            (sums[0], sums[2]) = (worker.worker.nodes.level.run(Product { a: x, b: r }), curvature);
+            worker.note_sum(chunk, 0, worker.worker.nodes.level.run(Product { a: x, b: r }));
+            worker.note_sum(chunk, 2, curvature);
         });
         self.worker.synchronise();
         let factor = |[along, _, curvature]: [f64; 3]| T::from_f64(warm_start_factor(along, curvature));
@@ -153,8 +153,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
                 if !worker.is_done(body) {
                     let [gamma, delta] = worker.apply_to(&part, Vector::R);
-                    let sums = worker.sums_of(chunk);
-                    (sums[0], sums[2]) = (gamma, delta);
+                    worker.note_sum(chunk, 0, gamma);
+                    worker.note_sum(chunk, 2, delta);
                 }
             });
             self.worker.synchronise();
@@ -262,7 +262,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             x: &mut *x,
             offset: &mut *offset,
         });
-        self.sums_of(chunk)[1] = noise;
+        self.note_sum(chunk, 1, noise);
         if adaptive {
             self.list_ends(which, chunk);
         }
@@ -409,15 +409,13 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     /// The sums of a body, its chunks in their order.
     fn body_sums(&self, body: usize) -> [f64; 3] {
-        // SAFETY: chunks are summed up before a barrier.
-        let sums = &unsafe { self.shared.sums.read() }[self.scratch.layout.of_body[body].clone()];
-        sums.iter().fold([0.0; 3], |[a, b, c], sum| [a + sum[0], b + sum[1], c + sum[2]])
+        let sums = self.scratch.layout.of_body[body].clone().map(|chunk| self.shared.sums.get(chunk));
+        sums.fold([0.0; 3], |[a, b, c], sum| [a + sum[0], b + sum[1], c + sum[2]])
     }
 
-    /// The sums of one of its chunks.
-    fn sums_of(&self, chunk: usize) -> &'w mut [f64; 3] {
-        // SAFETY: each chunk is in one worker's share; others read after a barrier.
-        unsafe { self.shared.sums.item(chunk) }
+    /// Notes one of the sums of one of its chunks.
+    fn note_sum(&self, chunk: usize, which: usize, sum: f64) {
+        self.shared.sums.set_one(chunk, which, sum);
     }
 
     /// The rows of a chunk.

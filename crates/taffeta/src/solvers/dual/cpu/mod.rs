@@ -16,8 +16,10 @@ use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::moving::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::numbers::Numbers;
+use crate::cpu::shared::Shared;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -32,6 +34,7 @@ use crate::step::{Marks, Op};
 use crate::topology::Csr;
 use layout::Layout;
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Four numbers side by side: a vector, and one more.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,11 +70,11 @@ struct Work<T> {
     /// Force of each constraint [N].
     multiplier: Shared<T>,
     /// Whether it is active.
-    active: Shared<bool>,
+    active: Vec<AtomicBool>,
     /// By tile: the number of active constraints that its nodes own; the number of nodes with active constraints, and
     /// of their ends.
-    tile_rows: Shared<u32>,
-    tile_nodes: Shared<[u32; 2]>,
+    tile_rows: Vec<AtomicU32>,
+    tile_nodes: Vec<[AtomicU32; 2]>,
     /// Constraint of each row.
     which: Shared<u32>,
     /// The row of a constraint and the node of a place in the system.
@@ -104,7 +107,7 @@ struct Work<T> {
     predicted: Shared<PredictedContact<T>>,
     collider: Shared<u32>,
     /// By chunk of rows: squared residual (at first, right side), squared noise, and r·A r.
-    sums: Shared<[f64; 3]>,
+    sums: Numbers<3>,
 }
 
 /// The scratch memory of a worker.
@@ -169,9 +172,9 @@ impl<T: Real> Work<T> {
         let [which, all_places] = [count, places].map(|n| (0..n as u32).collect::<Vec<_>>().into());
         Self {
             multiplier: numbers(),
-            active: vec![false; changing].into(),
-            tile_rows: vec![0; tiles].into(),
-            tile_nodes: vec![[0; 2]; tiles].into(),
+            active: (0..changing).map(|_| AtomicBool::new(false)).collect(),
+            tile_rows: (0..tiles).map(|_| AtomicU32::new(0)).collect(),
+            tile_nodes: (0..tiles).map(|_| [const { AtomicU32::new(0) }; 2]).collect(),
             which,
             row_of: vec![0; changing].into(),
             node_of: vec![0; placed].into(),
@@ -192,7 +195,7 @@ impl<T: Real> Work<T> {
             response: quads(places),
             predicted: vec![PredictedContact::FREE; places].into(),
             collider: vec![0; places].into(),
-            sums: vec![[0.0; 3]; layout::most_chunks(list)].into(),
+            sums: Numbers::new(layout::most_chunks(list)),
         }
     }
 }
@@ -216,10 +219,10 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn begin(&self, worker: &mut Worker<'_, T>) {
         if self.adaptive {
             for tile in worker.tiles.clone() {
-                // SAFETY: each tile is in one worker's chunk.
-                let (marks, nodes) = unsafe { (worker.marks.item(tile), *self.work.tile_nodes.item(tile)) };
                 // Constraints that were active in the last sub-step are checked again.
-                *marks = if nodes[0] > 0 { marks.and(Marks::SOLVED) } else { marks.without(Marks::SOLVED) };
+                let waits = self.work.tile_nodes[tile][0].load(Ordering::Relaxed) > 0;
+                let marks = worker.marks[tile].get().without(Marks::SOLVED);
+                worker.marks[tile].set(if waits { marks.and(Marks::SOLVED) } else { marks });
             }
         }
     }
@@ -229,8 +232,7 @@ impl<T: Real> Feature<T> for Dual<T> {
             SolveWorker {
                 solve: self,
                 shared: &self.work,
-                // SAFETY: each worker has its own.
-                scratch: unsafe { self.scratch.of(worker.index) },
+                scratch: &mut self.scratch.of(worker.index),
                 worker,
                 colliders: self.colliders(worker.substep),
                 mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
@@ -264,13 +266,13 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn save(&self, state: &mut SolverState) {
         let asked = self.solver.ice.warm_start || self.surfaces;
         // SAFETY: no worker works between frames.
-        let (multipliers, active) = unsafe { (self.work.multiplier.read(), self.work.active.read()) };
+        let multipliers = unsafe { self.work.multiplier.read() };
         state.warm_start = if asked {
             multipliers.iter().map(|multiplier| multiplier.to_f64()).collect()
         } else {
             Vec::new()
         };
-        state.active = if self.adaptive { active.to_vec() } else { Vec::new() };
+        state.active = self.work.active.iter().map(|active| active.load(Ordering::Relaxed)).collect();
     }
 
     fn load(&mut self, state: &SolverState) {
@@ -280,7 +282,9 @@ impl<T: Real> Feature<T> for Dual<T> {
             *multiplier = T::from_f64(from);
         }
         if self.adaptive {
-            self.work.active.get_mut().copy_from_slice(&state.active);
+            for (active, &from) in self.work.active.iter_mut().zip(&state.active) {
+                *active.get_mut() = from;
+            }
             self.recount(&state.active);
         }
     }

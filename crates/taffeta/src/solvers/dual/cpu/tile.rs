@@ -17,8 +17,7 @@ impl<T: Real> Dual<T> {
                 }
                 continue;
             }
-            // SAFETY: each worker has its own.
-            let layout = &unsafe { self.scratch.of(tile.worker) }.layout;
+            let layout = &self.scratch.read(tile.worker).layout;
             // A tile may wait although no constraint has become active.
             let Some(nodes) = layout.nodes_of_tile.get(tile.number).cloned() else { return };
             // SAFETY: listed before a barrier; the nodes of a tile ascend.

@@ -6,6 +6,7 @@
 
 use crate::contact::triangles::cpu::solved::NO_BODY;
 use crate::contact::triangles::solved::SolvedContact;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::shared::Shared;
 use crate::real::{Real, Symmetric};
 use crate::solvers::implicit::cpu::ImplicitWorker;
@@ -20,9 +21,9 @@ use std::ops::Range;
 /// Contacts on a coarser level.
 pub struct CoarseContacts<T> {
     /// By worker: what the contacts that it has found weigh nodes by.
-    weights: Shared<Weights<T>>,
+    weights: PerWorker<Weights<T>>,
     /// By worker: contacts of the nodes of its share, and their blocks with other nodes.
-    rows: Shared<Rows<T>>,
+    rows: PerWorker<Rows<T>>,
     groups: Shared<Vec<Group<T>>>,
     /// By slice of nodes: whose groups its blocks are.
     slices: Shared<Slice>,
@@ -89,8 +90,8 @@ impl<T: Real> CoarseContacts<T> {
     /// Those of a level, for so many workers.
     pub fn new(table: &Table<T>, workers: usize) -> Self {
         let mut all = Self {
-            weights: Shared::default(),
-            rows: Shared::default(),
+            weights: PerWorker::new(0, |_| Weights::default()),
+            rows: PerWorker::new(0, |_| Rows::default()),
             groups: Shared::default(),
             slices: vec![Slice::default(); table.places.div_ceil(LANES)].into(),
             shares: Columns::new(6, table.places),
@@ -101,8 +102,8 @@ impl<T: Real> CoarseContacts<T> {
 
     /// Has so many workers from the next sub-step on.
     pub fn share(&mut self, workers: usize) {
-        self.weights = vec![Weights::default(); workers].into();
-        self.rows = vec![Rows::default(); workers].into();
+        self.weights = PerWorker::new(workers, |_| Weights::default());
+        self.rows = PerWorker::new(workers, |_| Rows::default());
         self.groups = vec![Vec::new(); workers].into();
     }
 
@@ -176,7 +177,7 @@ impl<T: Real> Rows<T> {
     }
 
     /// Those of some places, in the order of contacts, whoever has found them.
-    fn list(&mut self, places: &Range<usize>, all: &[Weights<T>]) {
+    fn list(&mut self, places: &Range<usize>, all: &[&Weights<T>]) {
         let row = |place: u32| (place as usize).checked_sub(places.start).filter(|&row| row < places.len());
         self.ends.clear();
         self.ends.resize(places.len() + 1, 0);
@@ -211,8 +212,8 @@ impl<T: Real> Row<T> {
         &mut self,
         place: usize,
         parts: &[Part<T>],
-        contacts: &[Vec<SolvedContact<T>>],
-        weights: &[Weights<T>],
+        contacts: &[&[SolvedContact<T>]],
+        weights: &[&Weights<T>],
         found: &mut Found,
     ) {
         self.blocks.clear();
@@ -259,11 +260,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn weigh_contacts(&self, contacts: &[SolvedContact<T>]) {
         let places = self.multigrid.tables[0].places;
         for (level, coarse) in self.primal.coarse_contacts.iter().enumerate() {
-            // SAFETY: its own; those of finer levels are not written any more.
-            let (weights, finer) = unsafe {
-                let finer = level.checked_sub(1).map(|finer| &self.primal.coarse_contacts[finer].weights);
-                (coarse.weights.item(self.worker.index), finer.map(|finer| &*finer.item(self.worker.index)))
-            };
+            let index = self.worker.index;
+            let mut weights = coarse.weights.of(index);
+            let finer =
+                level.checked_sub(1).map(|finer| self.primal.coarse_contacts[finer].weights.read(index));
             weights.clear();
             for (number, one) in contacts.iter().enumerate() {
                 let is_there = one.body != NO_BODY && one.stiffness > T::ZERO && !one.is_held;
@@ -273,7 +273,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                     .zip(one.weights)
                     .filter(|&(node, weight)| is_there && weight != T::ZERO && (node as usize) < places);
                 let table = &self.multigrid.tables[level];
-                match finer {
+                match &finer {
                     None => weights.push(table, corners),
                     Some(finer) => weights.push(table, finer.of(number).iter().copied()),
                 }
@@ -284,9 +284,9 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Lists the contacts of the nodes of its share on coarser levels.
     pub fn list_contacts(&self) {
         for (level, coarse) in (1..).zip(&self.primal.coarse_contacts) {
-            // SAFETY: weights were found before a barrier; its own rows.
-            let (rows, weights) = unsafe { (coarse.rows.item(self.worker.index), coarse.weights.read()) };
-            rows.list(&self.share_of(level), weights);
+            let weights: Vec<_> = coarse.weights.iter().collect();
+            let weights: Vec<_> = weights.iter().map(|one| &**one).collect();
+            coarse.rows.of(self.worker.index).list(&self.share_of(level), &weights);
         }
     }
 
@@ -309,31 +309,31 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds the blocks of contacts between the nodes of its share of coarser levels and others, and what they add to diagonals.
     pub fn couple_contacts(&self) {
         let Some(contacts) = self.contacts_in_system() else { return };
-        // SAFETY: found before a barrier, and changed after another.
-        let contacts = unsafe { contacts.solved_contacts() };
+        let contacts = contacts.solved_contacts();
+        let contacts: Vec<_> = contacts.iter().map(|one| &one[..]).collect();
         for (level, coarse) in (1..).zip(&self.primal.coarse_contacts) {
             let places = self.share_of(level);
-            // SAFETY: weights and contacts were found before a barrier; its own rows, groups, slices and places.
-            let (weights, rows, groups, shares) = unsafe {
-                let index = self.worker.index;
-                let lists = (coarse.weights.read(), &*coarse.rows.item(index), coarse.groups.item(index));
-                (lists.0, lists.1, lists.2, coarse.shares.write::<6>(&places))
+            let weights: Vec<_> = coarse.weights.iter().collect();
+            let weights: Vec<_> = weights.iter().map(|one| &**one).collect();
+            let rows = coarse.rows.read(self.worker.index);
+            // SAFETY: its own groups, slices and places.
+            let (groups, slices, shares) = unsafe {
+                let slices = coarse.slices.write(places.start / LANES..places.end / LANES);
+                (coarse.groups.item(self.worker.index), slices, coarse.shares.write::<6>(&places))
             };
             groups.clear();
             let mut of_slice: [Row<T>; LANES] = from_fn(|_| Row::default());
             let mut found = Found(vec![0; self.multigrid.tables[level].places]);
-            for first in places.clone().step_by(LANES) {
+            for (first, slice) in places.clone().step_by(LANES).zip(slices) {
                 for (lane, row) in of_slice.iter_mut().enumerate() {
                     let at = first - places.start + lane;
-                    row.couple(first + lane, rows.of(at), contacts, weights, &mut found);
+                    row.couple(first + lane, rows.of(at), &contacts, &weights, &mut found);
                     (0..6).for_each(|one| shares[one][at] = row.share[one]);
                 }
                 let start = groups.len() as u32;
                 let most = of_slice.iter().map(|row| row.blocks.len()).max().unwrap_or(0);
                 groups.extend((0..most).map(|rank| Group::of(first, &of_slice, rank)));
-                // SAFETY: as above.
-                *unsafe { coarse.slices.item(first / LANES) } =
-                    Slice { worker: self.worker.index as u32, groups: [start, groups.len() as u32] };
+                *slice = Slice { worker: self.worker.index as u32, groups: [start, groups.len() as u32] };
             }
         }
     }
@@ -393,15 +393,15 @@ mod tests {
         for level in 1..tables.len() {
             let weights = weights_of(&tables[level - 1], &nodes);
             nodes = (0..contacts.len()).map(|number| weights.of(number).to_vec()).collect();
-            let (places, all) = (tables[level].places, [contacts.clone()]);
+            let (places, all) = (tables[level].places, [&contacts[..]]);
             let mut coarse: Vec<[f64; 3]> =
                 (0..places).map(|_| [0; 3].map(|_| random.unit() - 0.5)).collect();
             let mut rows = Rows::default();
-            rows.list(&(0..places), std::slice::from_ref(&weights));
+            rows.list(&(0..places), &[&weights]);
             let of_row = |place: usize| {
                 let mut row = Row::default();
                 let mut found = Found(vec![0; places]);
-                row.couple(place, rows.of(place), &all, std::slice::from_ref(&weights), &mut found);
+                row.couple(place, rows.of(place), &all, &[&weights], &mut found);
                 row
             };
             let energy = |coarse: &[[f64; 3]]| -> f64 {
@@ -447,8 +447,9 @@ mod tests {
             contacts.iter().map(|one| one.nodes.into_iter().zip(one.weights).collect()).collect();
         let places = tables[1].places;
         let blocks = |cut: usize, share: Range<usize>| {
-            let all = [contacts[..cut].to_vec(), contacts[cut..].to_vec()];
+            let all = [&contacts[..cut], &contacts[cut..]];
             let weights = [&nodes[..cut], &nodes[cut..]].map(|nodes| weights_of(&tables[0], nodes));
+            let weights = weights.each_ref();
             let mut rows = Rows::default();
             rows.list(&share, &weights);
             let of_row = |place: usize| {

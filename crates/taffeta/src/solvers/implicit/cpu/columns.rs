@@ -37,6 +37,11 @@ impl<T: Real> Columns<T> {
         self.data.get_mut()[axis * self.stride + place] = number;
     }
 
+    /// Multiplies all numbers.
+    pub fn scale(&mut self, by: T) {
+        self.data.get_mut().iter_mut().for_each(|number| *number = by * *number);
+    }
+
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
         self.data.bytes()

@@ -1,6 +1,7 @@
 //! The system of a Newton step, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
+use crate::cpu::numbers::Numbers;
 use crate::real::{Real, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::implicit::cpu::cycle::slots_of;
@@ -45,10 +46,9 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn begin_step(&mut self, chunk: &Chunk) {
         self.find_base(&chunk.part);
         // SAFETY: only this chunk's places.
-        let (total, outer) =
-            unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
+        let total = unsafe { self.shared.total.write::<3>(&chunk.part) };
         let (hold, masses) = (self.hold(0), self.masses());
-        *outer = [0.0; 6];
+        let mut outer = [0.0; 6];
         for (at, place) in chunk.part.clone().enumerate() {
             let [_, free] = self.base(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
@@ -64,6 +64,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             }
             outer[5] += masses[place].to_f64();
         }
+        self.shared.outer.set(chunk.number, outer);
         self.set_trial_state(chunk, &total);
     }
 
@@ -211,7 +212,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.each(0, |worker, chunk| {
             let here = &worker.shared.levels[0];
             // What is left is needed: its product goes to `z`, which is found again.
-            *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
+            worker.note_products(chunk, worker.apply(chunk, &here.t, &here.r, &here.z));
         });
         self.worker.synchronise();
         let share = |[along, curvature]: [f64; 2]| T::from_f64(warm_start_factor(along, curvature));
@@ -247,7 +248,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             self.take_back(0, &self.shared.levels[0].t);
             self.each(0, |worker, chunk| {
                 let here = &worker.shared.levels[0];
-                *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
+                worker.note_products(chunk, worker.apply(chunk, &here.t, &here.r, &here.z));
             });
             self.worker.synchronise();
             self.find_steps();
@@ -294,11 +295,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// tolerance.
     pub fn find_drifts(&mut self) {
         self.each_of_all(0, |worker, chunk| {
-            // SAFETY: only this chunk's places, and its own sums.
-            let (residual, sums) =
-                unsafe { (worker.shared.levels[0].r.read(), worker.shared.residual.item(chunk.number)) };
+            // SAFETY: only this chunk's places.
+            let residual = unsafe { worker.shared.levels[0].r.read() };
             let (hold, masses) = (worker.hold(0), worker.masses());
-            *sums = [0.0; 5];
+            let mut sums = [0.0; 5];
             for place in chunk.part.clone() {
                 let mass = masses[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
@@ -309,10 +309,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                     *sum += number;
                 }
             }
+            worker.shared.residual.set(chunk.number, sums);
         });
         self.worker.synchronise();
-        // SAFETY: written before a barrier, and again after another.
-        let sums = self.sums(unsafe { self.shared.residual.read() });
+        let sums = self.sums(&self.shared.residual);
         let Scratch { bodies, joined, .. } = &mut *self.scratch;
         for (index, (body, [x, y, z, mass, held])) in bodies.iter_mut().zip(sums).enumerate() {
             let free = held == 0.0 && mass > 0.0 && !joined.is_held(index);
@@ -446,31 +446,27 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// The sums of each body and what it is joined with: chunks in their order, then bodies.
-    fn sums<const N: usize>(&self, chunks: &[[f64; N]]) -> Vec<[f64; N]> {
+    fn sums<const N: usize>(&self, chunks: &Numbers<N>) -> Vec<[f64; N]> {
         let of_body = |own: &Range<usize>| {
-            let all = &chunks[own.clone()];
-            all.iter().fold([0.0; N], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
+            let all = own.clone().map(|chunk| chunks.get(chunk));
+            all.fold([0.0; N], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
         };
         self.scratch.joined.together(self.multigrid.tables[0].chunks_of.iter().map(of_body).collect())
     }
 
     /// Those of products.
     pub fn product_sums(&self) -> Vec<[f64; 2]> {
-        // SAFETY: written before a barrier, and again after another.
-        self.sums(unsafe { self.shared.products.read() })
+        self.sums(&self.shared.products)
     }
 
     /// Sums up the motion of each body and what it is joined with.
     pub fn sum_motion(&mut self) {
-        // SAFETY: as above.
-        self.scratch.outer = self.sums(unsafe { self.shared.outer.read() });
+        self.scratch.outer = self.sums(&self.shared.outer);
     }
 
-    /// Where the sums of a chunk of its share go.
-    #[expect(clippy::mut_from_ref, reason = "each chunk is in one worker's share")]
-    pub fn product_of(&self, chunk: &Chunk) -> &mut [f64; 2] {
-        // SAFETY: each chunk is in one worker's share; others read after a barrier.
-        unsafe { self.shared.products.item(chunk.number) }
+    /// Notes the products of a chunk of its share.
+    pub fn note_products(&self, chunk: &Chunk, products: [f64; 2]) {
+        self.shared.products.set(chunk.number, products);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::contact::triangles::cpu::solved::{NO_BODY, System};
 use crate::real::{Real, add, scale};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::Columns;
-use crate::solvers::implicit::cpu::tables::{Chunk, Table};
+use crate::solvers::implicit::cpu::tables::Table;
 use crate::solvers::implicit::implicit::is_held;
 
 /// Where contacts find the nodes of the system.
@@ -135,34 +135,38 @@ impl<'w, T: Real> ImplicitWorker<'w, '_, T> {
             contacts.linearise_solved(self.worker, system, (is_first, is_met), block);
         });
         if is_first {
-            self.weigh_contacts(contacts.solved_of(self.worker));
+            self.weigh_contacts(&contacts.solved_of(self.worker));
         }
         self.worker.synchronise();
         if is_first {
             self.list_contacts();
         }
-        self.each(0, |worker, chunk| worker.add_contacts_of(contacts, chunk));
-        self.worker.synchronise();
-    }
-
-    fn add_contacts_of(&self, contacts: &TriangleContact<T>, chunk: &Chunk) {
-        let part = &chunk.part;
-        let here = &self.shared.levels[0];
-        // SAFETY: only this chunk's places.
-        let (right, inverse, own) = unsafe {
-            (self.shared.right.write::<3>(part), here.inverse.write::<6>(part), here.own.write::<6>(part))
-        };
-        contacts.each_solved(part, |place, contact, corner| {
-            let at = place - part.start;
-            let impulse = scale(contact.impulse, contact.weights[corner]);
-            let all = contact.soften(corner, &std::array::from_fn(|one| inverse[one][at]));
-            (0..3).for_each(|axis| right[axis][at] += impulse[axis]);
-            (0..6).for_each(|one| inverse[one][at] = all[one]);
-            if contact.is_held {
-                let all = contact.stiffened_block(corner, &std::array::from_fn(|one| own[one][at]));
-                (0..6).for_each(|one| own[one][at] = all[one]);
-            }
+        let found = contacts.solved_contacts();
+        self.each(0, |worker, chunk| {
+            let part = &chunk.part;
+            let here = &worker.shared.levels[0];
+            // SAFETY: only this chunk's places.
+            let (right, inverse, own) = unsafe {
+                (
+                    worker.shared.right.write::<3>(part),
+                    here.inverse.write::<6>(part),
+                    here.own.write::<6>(part),
+                )
+            };
+            contacts.each_solved(&found, part, |place, contact, corner| {
+                let at = place - part.start;
+                let impulse = scale(contact.impulse, contact.weights[corner]);
+                let all = contact.soften(corner, &std::array::from_fn(|one| inverse[one][at]));
+                (0..3).for_each(|axis| right[axis][at] += impulse[axis]);
+                (0..6).for_each(|one| inverse[one][at] = all[one]);
+                if contact.is_held {
+                    let all = contact.stiffened_block(corner, &std::array::from_fn(|one| own[one][at]));
+                    (0..6).for_each(|one| own[one][at] = all[one]);
+                }
+            });
         });
+        drop(found);
+        self.worker.synchronise();
     }
 
     /// Contacts, if any are part of the system.

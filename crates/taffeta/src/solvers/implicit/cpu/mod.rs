@@ -28,9 +28,11 @@ use crate::contact::colliders::moving::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::contact::triangles::cpu::TriangleContact;
 use crate::cpu::backend::Context;
+use crate::cpu::cells::PerWorker;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
-use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::numbers::Numbers;
+use crate::cpu::shared::Shared;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -119,10 +121,10 @@ struct Work<T> {
     predicted: Shared<PredictedContact<T>>,
     collider: Shared<u32>,
     /// By chunk: Σ m |v* − v|², Σ m |v|², Σ m v and Σ m; r·z and z·A z.
-    outer: Shared<[f64; 6]>,
-    products: Shared<[f64; 2]>,
+    outer: Numbers<6>,
+    products: Numbers<2>,
     /// By chunk: what is left of momentum, mass, and how many nodes are held.
-    residual: Shared<[f64; 5]>,
+    residual: Numbers<5>,
     /// By node of points that seams make: the weight of the nodes before it.
     weights: Shared<Matrix<T>>,
 }
@@ -257,9 +259,9 @@ impl<T: Real> Work<T> {
             moved: columns(6),
             predicted: vec![PredictedContact::FREE; held].into(),
             collider: vec![0; held].into(),
-            outer: vec![[0.0; 6]; chunks].into(),
-            products: vec![[0.0; 2]; chunks].into(),
-            residual: vec![[0.0; 5]; chunks].into(),
+            outer: Numbers::new(chunks),
+            products: Numbers::new(chunks),
+            residual: Numbers::new(chunks),
             weights: vec![Matrix::default(); sewn].into(),
         }
     }
@@ -292,8 +294,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             primal: self,
             multigrid: self.sewn_multigrid.as_ref().filter(|_| is_sewn).unwrap_or(&self.multigrid),
             shared: &self.work,
-            // SAFETY: each worker has its own.
-            scratch: unsafe { self.scratch.of(worker.index) },
+            scratch: &mut self.scratch.of(worker.index),
             alone: worker.workers == 1,
             worker,
             h: worker.substep.scheme().map_or(worker.substep.h, |scheme| scheme.h),
@@ -367,13 +368,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
 
     /// Velocity changes are by the length of the step.
     fn rescale(&mut self, by: f64) {
-        for place in 0..self.multigrid.tables[0].places {
-            for axis in 0..3 {
-                // SAFETY: no worker works between frames.
-                let change = unsafe { self.work.change.read() }.at::<3>(place)[axis];
-                self.work.change.set(axis, place, T::from_f64(by) * change);
-            }
-        }
+        self.work.change.scale(T::from_f64(by));
     }
 
     /// A node that is set, pinned or freed has no acceleration yet.

@@ -68,7 +68,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 let r: [T; 3] = residual.at(place);
                 sum += dot(r, times(&inverse.at(place), r)).to_f64();
             }
-            *worker.product_of(chunk) = [sum, 0.0];
+            worker.note_products(chunk, [sum, 0.0]);
         });
         self.worker.synchronise();
         let sums = self.product_sums();
