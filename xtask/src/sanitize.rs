@@ -17,8 +17,8 @@ const ON_THREADS: [(&str, &[&str]); 2] = [
     ),
 ];
 /// Tests that Miri, which is a thousand times slower, runs in minutes.
-const SMALL: [&str; 5] =
-    ["cpu::team::", "cpu::states::", "cpu::places::", "cpu::feature::", "cpu::balance::"];
+const SMALL: [&str; 6] =
+    ["cpu::cells::", "cpu::team::", "cpu::states::", "cpu::places::", "cpu::feature::", "cpu::balance::"];
 
 /// Runs both, or the one that `words` name.
 pub fn run(words: &[&str]) -> ExitCode {
