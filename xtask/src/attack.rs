@@ -47,7 +47,7 @@ fn parse(words: &[&str]) -> Result<Plan, String> {
         match *name {
             "--first" => first = number(value)?,
             "--scenes" => count = number(value)?,
-            "--program" => program = Some(PathBuf::from(value)),
+            "--program" => program = Some(program::named(value)?),
             _ => return Err(format!("attack {name}: it takes --first SEED, --scenes N and --program FILE")),
         }
     }
@@ -197,8 +197,8 @@ mod tests {
     #[test]
     fn words_name_the_seeds_and_the_program() {
         assert_eq!(parse(&[]).unwrap(), Plan { seeds: 0..10_000, program: None });
-        let plan = parse(&["--scenes", "5", "--first", "7", "--program", "p"]).unwrap();
-        assert_eq!(plan, Plan { seeds: 7..12, program: Some("p".into()) });
+        let plan = parse(&["--scenes", "5", "--first", "7", "--program", "Cargo.toml"]).unwrap();
+        assert_eq!(plan, Plan { seeds: 7..12, program: Some(program::named("Cargo.toml").unwrap()) });
         assert!(parse(&["--scenes"]).unwrap_err().contains("a value is missing"));
         assert!(parse(&["--scenes", "x"]).unwrap_err().contains("`x`"));
         assert!(parse(&["--all", "1"]).unwrap_err().contains("it takes"));

@@ -6,7 +6,7 @@ mod disk;
 mod log;
 mod power;
 
-use crate::{attack, root};
+use crate::{attack, program, root};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ enum Ended {
 pub fn run(words: &[&str]) -> ExitCode {
     let program = match words {
         [] => attack::build(),
-        ["--program", file] => Ok(PathBuf::from(file)),
+        ["--program", file] => program::named(file),
         _ => Err(format!("faults {}: it takes --program FILE or nothing", words.join(" "))),
     };
     match program.and_then(|program| try_all(&program)) {

@@ -2,7 +2,7 @@
 
 use crate::root;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, ExitCode};
 
 /// A cargo command in the repository.
 pub fn cargo(words: &[&str]) -> Command {
@@ -15,6 +15,26 @@ pub fn cargo(words: &[&str]) -> Command {
 /// The built `taffeta`, where cargo puts it.
 pub fn path() -> PathBuf {
     target().join("release").join(format!("taffeta{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// A program that the command line names. Commands run it in folders of their own.
+pub fn named(file: &str) -> Result<PathBuf, String> {
+    std::fs::canonicalize(file).map_err(|error| format!("--program {file}: {error}"))
+}
+
+/// Writes a page of the repository, or says why there is none.
+pub fn write_page(path: &str, page: Result<String, String>) -> ExitCode {
+    let write = |page| std::fs::write(root().join(path), page).map_err(|error| format!("{path}: {error}"));
+    match page.and_then(write) {
+        Ok(()) => {
+            println!("xtask: {path} is written");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 /// The folder of what is built.

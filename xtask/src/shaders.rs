@@ -1,6 +1,6 @@
 //! `cargo xtask shaders`: a table of what Mesa's compiler for AMD makes of every kernel, for GPUs that are not there.
 
-use crate::{program, root, vulkan};
+use crate::{program, vulkan};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -34,19 +34,7 @@ impl Compiled {
 
 /// Writes the page.
 pub fn run() -> ExitCode {
-    let result = found().and_then(|found| {
-        std::fs::write(root().join(PAGE), page(&found)).map_err(|error| format!("{PAGE}: {error}"))
-    });
-    match result {
-        Ok(()) => {
-            println!("xtask: {PAGE} is written");
-            ExitCode::SUCCESS
-        }
-        Err(message) => {
-            eprintln!("xtask: {message}");
-            ExitCode::FAILURE
-        }
-    }
+    program::write_page(PAGE, found().map(|found| page(&found)))
 }
 
 fn found() -> Result<Vec<Found>, String> {

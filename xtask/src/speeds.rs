@@ -1,8 +1,8 @@
 //! `cargo xtask speeds`: runs all benches, and writes what they print to a page.
 
-use crate::{attack, program, root};
+use crate::{attack, program};
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitCode};
 
 const PAGE: &str = "docs/results/speed.md";
@@ -45,22 +45,10 @@ const BENCHES: [(&str, &[&str]); 9] = [
 pub fn run(words: &[&str]) -> ExitCode {
     let program = match words {
         [] => attack::build(),
-        ["--program", file] => Ok(PathBuf::from(file)),
+        ["--program", file] => program::named(file),
         _ => Err(format!("speeds {}: it takes --program FILE or nothing", words.join(" "))),
     };
-    let written = program
-        .and_then(|program| page(&program))
-        .and_then(|page| std::fs::write(root().join(PAGE), page).map_err(|error| format!("{PAGE}: {error}")));
-    match written {
-        Ok(()) => {
-            println!("xtask: {PAGE} is written");
-            ExitCode::SUCCESS
-        }
-        Err(message) => {
-            eprintln!("xtask: {message}");
-            ExitCode::FAILURE
-        }
-    }
+    program::write_page(PAGE, program.and_then(|program| page(&program)))
 }
 
 fn page(taffeta: &Path) -> Result<String, String> {
@@ -112,6 +100,7 @@ fn machine() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::root;
 
     #[test]
     fn only_what_is_for_people_is_shown() {

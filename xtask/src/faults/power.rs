@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// States after each operation that are made up at random.
 const RANDOM: u64 = 4;
-/// Failures of a run that are told in full.
-const TOLD: usize = 10;
-/// Operations before a failure that are told, and what was lost in it.
+/// Failures of a run that are printed in full.
+const PRINTED: usize = 10;
+/// Operations before a failure that are printed, and what was lost in it.
 const BEFORE: usize = 4;
 const LOST: usize = 12;
 
@@ -101,7 +101,7 @@ impl<'a> Traced<'a> {
 
     fn try_all(mut self) -> Result<[usize; 2], String> {
         let operations = std::mem::take(&mut self.operations);
-        let (mut seen, mut told, mut done, mut failed) = (HashSet::new(), HashSet::new(), Vec::new(), 0);
+        let (mut seen, mut printed, mut done, mut failed) = (HashSet::new(), HashSet::new(), Vec::new(), 0);
         let mut promise = Promise { checkpoint: self.trial.goes_on, results: false };
         let mut is_renamed = false;
         for (index, operation) in operations.iter().enumerate() {
@@ -116,7 +116,7 @@ impl<'a> Traced<'a> {
             for (case, what) in self.failures(&cases, promise) {
                 failed += 1;
                 // One fault shows in many states.
-                if told.len() < TOLD && told.insert(what.clone()) {
+                if printed.len() < PRINTED && printed.insert(what.clone()) {
                     self.tell(&done, case, &what);
                 }
             }
