@@ -209,15 +209,10 @@ impl<T: Real> HoldBack<'_, T> {
         if !nodes.is_any_out(&free) {
             return None;
         }
-        if N > 2 {
-            // Those that have two have infinite radii for the others.
-            nodes.project_to_two(&free, &slice.many, T::ZERO);
-            let mut rounds = 0;
-            while rounds < ROUNDS && nodes.project_in_turn(&free, &slice.many) {
-                rounds += 1;
-            }
-        } else {
-            nodes.project_to_two(&free, &free, T::ONE);
+        nodes.project_to_two(&free, &slice.many);
+        let mut rounds = if N > 2 { 0 } else { ROUNDS };
+        while rounds < ROUNDS && nodes.project_in_turn(&free, &slice.many) {
+            rounds += 1;
         }
         let mut with = [none; N];
         for (with, (anchors, _)) in with.iter_mut().zip(&slice.tethers) {
@@ -272,9 +267,9 @@ impl<T: Real, const N: usize> Nodes<T, N> {
         out.iter().fold(false, |any, &out| any | (out > T::ZERO))
     }
 
-    /// For free nodes of which `of` is over 0 as `wanted` is, by their first two tethers.
+    /// For free nodes that have not many tethers: those with one have an infinite second ball.
     #[inline(always)]
-    fn project_to_two(&mut self, free: &[T; LANES], of: &[T; LANES], wanted: T) {
+    fn project_to_two(&mut self, free: &[T; LANES], many: &[T; LANES]) {
         let endless = T::from_f64(f64::INFINITY);
         for lane in 0..LANES {
             let (x, other) = (lane_of(&self.x, lane), N.min(2) - 1);
@@ -282,7 +277,7 @@ impl<T: Real, const N: usize> Nodes<T, N> {
             let radius = if N > 1 { self.radii[other][lane] } else { endless };
             let (position, shift, taut) =
                 attach::project_to_two(x, first, (lane_of(&self.centers[other], lane), radius));
-            let acts = (free[lane] > T::ZERO) & ((of[lane] > T::ZERO) == (wanted > T::ZERO));
+            let acts = (free[lane] > T::ZERO) & (many[lane] <= T::ZERO);
             for axis in 0..3 {
                 self.x[axis][lane] = if acts { position[axis] } else { x[axis] };
                 self.shift[axis][lane] = if acts { shift[axis] } else { T::ZERO };

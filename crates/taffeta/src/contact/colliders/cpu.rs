@@ -188,7 +188,7 @@ impl<T: Real> Feature<T> for Colliders<T> {
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        if tile.substep.colliders().is_empty() {
+        if !tile.has_contact() {
             return;
         }
         let scratch = &mut self.scratch.of(tile.worker);
