@@ -93,3 +93,17 @@ impl SimdLevel {
         kernel.run()
     }
 }
+
+/// Has the cache line of `items[at]` fetched, which may be beyond their end. Hardware sees by itself that memory is read in
+/// order, but begins again on every page, and kernels read many columns at a time.
+#[inline(always)]
+pub fn prefetch<T>(items: &[T], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a hint; nothing is read, whatever the address.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(items.as_ptr().wrapping_add(at).cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (items, at);
+}

@@ -2,6 +2,7 @@
 
 use crate::cpu::column::Column;
 use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::elements::spring::cpu_gathers::level_for_gathers;
 use crate::elements::spring::cpu_mesh::{GatheredSprings, gather, gather_places, lanes_of};
 use crate::elements::spring::spring;
 use crate::real::Real;
@@ -19,7 +20,7 @@ impl<T: Real> GatheredSprings<T> {
         force: &mut [Column<T>; 3],
         gradient: &mut [Column<T>; 3],
     ) {
-        level.run(Rings { springs: self, slices, old, force, gradient });
+        level_for_gathers(level).run(Rings { springs: self, slices, old, force, gradient });
     }
 
     /// Finds the gradient of the volume by each place [m²]; `places` are from the body's first node on.
@@ -30,7 +31,7 @@ impl<T: Real> GatheredSprings<T> {
         places: [&[T]; 3],
         gradient: &mut [Column<T>; 3],
     ) {
-        level.run(Gradients { springs: self, slices, places, gradient });
+        level_for_gathers(level).run(Gradients { springs: self, slices, places, gradient });
     }
 }
 

@@ -6,10 +6,11 @@ use crate::cpu::cells::PerWorker;
 use crate::cpu::feature::Feature;
 use crate::cpu::lanes::Lanes;
 use crate::cpu::numbers::Numbers;
-use crate::cpu::simd::Kernel;
+use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::{TILE_NODES, TilePlan};
 use crate::cpu::worker::Worker;
+use crate::elements::spring::cpu_gathers::level_for_gathers;
 use crate::elements::spring::cpu_grid::{Direction, GridSprings, Sweep};
 use crate::elements::spring::cpu_mesh::{GatheredSprings, gather, lanes_of};
 use crate::elements::spring::cpu_narrow::{Masks, NARROW, NarrowSweep};
@@ -42,7 +43,7 @@ enum BodyRows<T> {
 }
 
 impl<T: Real> BodyRows<T> {
-    fn new(body: &BodyAssembly) -> Result<Self, String> {
+    fn new(body: &BodyAssembly, level: SimdLevel) -> Result<Self, String> {
         match &body.springs {
             BodySprings::Grid(along) => {
                 let [rows, cols] = body.grid_layout.ok_or("a grid's springs without a grid")?;
@@ -52,6 +53,8 @@ impl<T: Real> BodyRows<T> {
                 Ok(if cols <= NARROW { Self::Narrow(grid, masks()) } else { Self::Grid(grid) })
             }
             BodySprings::Mesh(_) => {
+                // Tried now: the first frame is not to wait for it.
+                level_for_gathers(level);
                 let set = |(k, d, gather)| GatheredSprings::new((k, d), gather, body.nodes);
                 let sets = body.gathered()?.into_iter().map(set).collect();
                 Ok(Self::Mesh { sets, has_rings: body.volume().is_some() })
@@ -69,7 +72,8 @@ impl<T: Real> Springs<T> {
         let columns = context.nodes.tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
         let nodes = context.nodes.tiles.iter().map(TilePlan::len).max().unwrap_or(0);
         Ok(Self {
-            bodies: context.assembly.bodies.iter().map(BodyRows::new).collect::<Result<_, _>>()?,
+            bodies: (context.assembly.bodies.iter().map(|body| BodyRows::new(body, context.nodes.level)))
+                .collect::<Result<_, _>>()?,
             stretch_limit,
             sweeps: PerWorker::new(context.workers(), |_| {
                 (Sweep::new(columns, stretch_limit), NarrowSweep::new(nodes, stretch_limit))
@@ -131,6 +135,7 @@ impl<T: Real> Springs<T> {
                 }
             }
             BodyRows::Mesh { sets, .. } => {
+                let level = level_for_gathers(level);
                 for springs in sets {
                     for slice in plan.units.clone() {
                         level.run(SliceStretch { state, springs, slice, sums: &mut sums });

@@ -2,10 +2,15 @@
 //! node. Rows are kept in slices of [`LANES`] nodes (sliced ELL), one node a vector lane.
 
 use crate::cpu::column::Column;
-use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::cpu::simd::{Kernel, SimdLevel, prefetch};
+use crate::elements::spring::cpu_gathers::level_for_gathers;
 use crate::elements::spring::spring;
 use crate::real::{Real, dot};
 use crate::topology::{Gather, LANES};
+
+/// Nodes from which on a body's state and table are too large for the second-level cache, so that it pays to have them
+/// fetched before they are read.
+const FETCHED_FROM: usize = 1 << 16;
 
 /// The springs of one kind of a mesh body.
 pub struct GatheredSprings<T> {
@@ -45,8 +50,18 @@ impl<T: Real> GatheredSprings<T> {
         force: &mut [Column<T>; 3],
         limit: Option<T>,
     ) -> bool {
-        // Vector gathers of AVX-512 are slower than AVX2's on the machines measured.
-        let level = level.min(SimdLevel::Avx2);
+        self.springs_at(level_for_gathers(level), slices, old, force, limit)
+    }
+
+    /// As [`Self::springs`], by the instructions of just this level.
+    pub fn springs_at(
+        &self,
+        level: SimdLevel,
+        slices: std::ops::Range<usize>,
+        old: [&[T]; 6],
+        force: &mut [Column<T>; 3],
+        limit: Option<T>,
+    ) -> bool {
         match limit {
             None => level.run(GatherForces::<T, false> { springs: self, slices, old, force, limit: T::FAR }),
             Some(limit) => {
@@ -61,6 +76,20 @@ impl<T: Real> GatheredSprings<T> {
         let range = self.slice_starts[slice] as usize..self.slice_starts[slice + 1] as usize;
         let neighbours = self.neighbour[range.clone()].as_chunks::<LANES>().0;
         neighbours.iter().zip(self.rest_length[range].as_chunks::<LANES>().0)
+    }
+
+    /// Has what is read of later slices fetched, and no more of it than the first-level cache can hold.
+    #[inline(always)]
+    fn fetch_ahead(&self, old: &[&[T]; 6], slice: usize) {
+        let later = (slice + 8).min(self.slice_starts.len() - 2);
+        let row = self.slice_starts[later] as usize..self.slice_starts[later + 1] as usize;
+        for at in row.step_by(LANES) {
+            prefetch(&self.neighbour, at);
+            prefetch(&self.rest_length, at);
+        }
+        for column in old {
+            prefetch(column, (slice + 32) * LANES);
+        }
     }
 
     /// Number of places that a column of the body must have.
@@ -97,6 +126,9 @@ impl<T: Real, const LIMITED: bool> Kernel for GatherForces<'_, T, LIMITED> {
         for (index, slice) in slices.enumerate() {
             let mut sum = [[T::ZERO; LANES]; 3];
             let own = lanes_of(&old, slice);
+            if springs.nodes >= FETCHED_FROM {
+                springs.fetch_ahead(&old, slice);
+            }
             for (neighbours, rest_lengths) in springs.slice(slice) {
                 gather(&old, neighbours, &mut other);
                 add_springs(springs, &own, &other, rest_lengths, &mut sum);

@@ -1,6 +1,7 @@
 //! Springs between two nodes, of grids and of meshes.
 
 pub mod cpu;
+pub mod cpu_gathers;
 pub mod cpu_grid;
 pub mod cpu_mesh;
 pub mod cpu_narrow;
