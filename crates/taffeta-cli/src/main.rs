@@ -6,6 +6,7 @@ mod console;
 mod gpu;
 mod gpu_check;
 mod info;
+mod intersections;
 mod limits;
 mod materials;
 mod memory;

@@ -58,7 +58,8 @@ pub struct Summary {
     pub contacts_max: u64,
     /// Contact of nodes with each other.
     pub pairs: PairSummary,
-    /// Edges that pass through triangles; null where they were not counted (`--verify-contact`).
+    /// Edges that pass through triangles: at the start and at the end, and in all frames with `--verify-contact` and while what
+    /// starts through each other is pulled apart; null where they were not counted, as among very many triangles.
     pub intersections: Option<IntersectionSummary>,
     /// The solver of constraints.
     pub solver: SolverSummary,
@@ -125,12 +126,14 @@ pub struct PairSummary {
 /// Edges that pass through triangles over a run.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 pub struct IntersectionSummary {
-    /// Pairs of an edge and a triangle in the last frame.
+    /// Pairs of an edge and a triangle at the start; null where they were counted later only.
+    pub start: Option<u64>,
+    /// The same in the last frame.
     #[serde(rename = "final")]
     pub end: u64,
-    /// Most of them in any frame.
+    /// Most of them in any frame in which they were counted.
     pub max: u64,
-    /// The last frame that has any; null where none has.
+    /// The last of these frames that has any; null where none has.
     pub last_frame: Option<u32>,
 }
 

@@ -25,7 +25,7 @@ use twox_hash::XxHash64;
 
 const MAGIC: &[u8; 8] = b"TAFFETA\0";
 /// Version of the format; one higher whenever the record changes.
-const VERSION: u32 = 15;
+const VERSION: u32 = 16;
 /// Magic, version and both lengths.
 const HEAD: usize = 28;
 /// The hash at the end.

@@ -2,13 +2,14 @@
 
 use super::Args;
 use super::words::{memory, number};
-use crate::console::{self, grouped};
+use crate::console::{self, counted, grouped};
+use crate::intersections;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 use taffeta::diagnostics::culprit::Culprit;
 use taffeta::diagnostics::tension::Tension;
-use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
+use taffeta::scene::{ConstraintForm, Method, Scene, Seam, Solver};
 use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
 use taffeta_io::Loaded;
 use taffeta_io::program::{Failure, one_line};
@@ -41,7 +42,22 @@ struct Report {
     largest_stable_step_set_by: Option<CulpritReport>,
     /// Null with explicit springs, with the form "primal", and where nothing hangs.
     hanging: Option<HangingReport>,
+    /// Null where no body has triangles, and where there are very many.
+    intersections: Option<IntersectionReport>,
     advice: Vec<String>,
+}
+
+/// Edges that pass through triangles at the start.
+#[derive(Serialize)]
+struct IntersectionReport {
+    /// How many; at least so many where not all were looked at.
+    pairs: u64,
+    complete: bool,
+    /// The first in words; null without any.
+    first: Option<String>,
+    /// What to do about them.
+    #[serde(skip)]
+    remedy: &'static str,
 }
 
 /// What sets the largest stable step.
@@ -167,6 +183,7 @@ impl Report {
             largest_stable_step_in_air: simulation.largest_stable_step_in_air().and_then(finite),
             largest_stable_step_set_by: simulation.largest_step_culprit().map(CulpritReport::of),
             hanging: simulation.max_tension().map(|pulled| HangingReport::of(pulled, step)),
+            intersections: IntersectionReport::of(&loaded.scene, simulation),
             advice: loaded.notes.iter().cloned().chain(console::warnings(simulation)).collect(),
         }
     }
@@ -182,6 +199,7 @@ impl Report {
         lines.push(self.stable_step());
         lines.extend(self.largest_stable_step_set_by.iter().map(CulpritReport::words));
         lines.extend(self.hanging.iter().map(HangingReport::words));
+        lines.extend(self.intersections.iter().map(IntersectionReport::words));
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
         lines.join("\n")
@@ -216,6 +234,35 @@ impl Report {
                 "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded{air}{what}"
             ),
             _ => format!("largest stable step: any; {none}"),
+        }
+    }
+}
+
+impl IntersectionReport {
+    fn of(scene: &Scene, simulation: &Simulation) -> Option<Self> {
+        let found = intersections::counted(simulation)?;
+        let remedy = if intersections::are_kept_out(scene, simulation) {
+            "the first frames pull them apart where there is room; place them apart to be sure"
+        } else {
+            "nothing pulls bodies apart that have no [body.self_collision]; place them apart, and it keeps them so"
+        };
+        Some(Self { pairs: found.pairs, complete: found.complete, first: found.first, remedy })
+    }
+
+    fn words(&self) -> String {
+        let least = if self.complete { "" } else { "at least " };
+        match &self.first {
+            Some(first) => format!(
+                "intersections at the start: {least}{}, such as {first}; {}",
+                counted(
+                    self.pairs as usize,
+                    "edge passes through a triangle",
+                    "edges pass through triangles"
+                ),
+                self.remedy
+            ),
+            None if self.complete => "intersections at the start: none".to_owned(),
+            None => "intersections at the start: none found among too many to count".to_owned(),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
 use crate::console::{self, counted};
+use crate::intersections;
 use crate::memory::{Growth, Watch};
 use crate::summary::Status;
 use std::io;
@@ -133,6 +134,10 @@ impl<'a> Job<'a> {
             }
             _ => {}
         }
+        // After the checkpoint: a run that goes on counts at its own end.
+        if ending.is_orderly() {
+            self.count();
+        }
         ending
     }
 
@@ -141,6 +146,7 @@ impl<'a> Job<'a> {
         if self.outputs.frames() == 0 {
             self.simulation.fetch()?;
             self.keep(0.0)?;
+            self.count();
         }
         while self.simulation.frame() < self.plan.end {
             if stop.load(Ordering::Relaxed) {
@@ -215,6 +221,14 @@ impl<'a> Job<'a> {
                 counted(found.pairs as usize, "intersection", "intersections")
             ))),
             _ => Ok(()),
+        }
+    }
+
+    /// Counts intersections where not every frame does.
+    fn count(&mut self) {
+        let found = if self.plan.verify.is_none() { intersections::counted(&self.simulation) } else { None };
+        if let Some(found) = found {
+            self.tally.intersections(self.simulation.frame(), found.pairs);
         }
     }
 

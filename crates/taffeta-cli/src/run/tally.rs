@@ -3,11 +3,12 @@
 use super::args::Args;
 use super::solves::Solves;
 use super::volumes::Volumes;
+use crate::intersections::are_kept_out;
 use crate::summary::{BodySummary, Energy, IntersectionSummary, PairSummary, Status, Strain, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::{FabricStrain, FrameReport, Squeezed};
 use taffeta::scene::Scene;
-use taffeta::{Diverged, Frozen, Simulation};
+use taffeta::{BodyInfo, Diverged, Frozen, Simulation};
 
 /// Engineering strain that no fabric bears: knits reach a third when they land.
 const TOO_FAR: f64 = 0.5;
@@ -70,6 +71,9 @@ impl Tally {
     pub fn intersections(&mut self, frame: u32, pairs: u64) {
         let all = self.intersections.get_or_insert_default();
         (all.end, all.max) = (pairs, all.max.max(pairs));
+        if frame == 0 {
+            all.start = Some(pairs);
+        }
         all.last_frame = if pairs > 0 { Some(frame) } else { all.last_frame };
     }
 
@@ -144,20 +148,8 @@ impl Tally {
         warnings.extend(self.solves.warning(scene, self.substeps));
         warnings.extend(self.stretched(scene));
         warnings.extend(self.squeezed(simulation));
-        warnings.extend(self.intersected(simulation));
-        let slips = |body: &&taffeta::BodyInfo| {
-            // From 1 down the body was warned of before.
-            body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
-        };
-        warnings.extend(simulation.bodies().iter().find(slips).map(|body| {
-            format!(
-                "a spring or the fabric was {:.2} times its rest length; from {:.2} on nodes of another layer slip between those of body \
-                 `{}`: a larger self_collision.thickness, stiffer springs or a finer mesh would do",
-                self.max_stretch,
-                body.slips_from.unwrap_or_default(),
-                body.name
-            )
-        }));
+        warnings.extend(self.intersected(simulation, scene));
+        warnings.extend(self.too_long(simulation, scene));
         warnings
     }
 
@@ -182,17 +174,56 @@ impl Tally {
     }
 
     /// What to say of surfaces that passed through each other, with one of those that still do.
-    fn intersected(&self, simulation: &Simulation) -> Option<String> {
-        let IntersectionSummary { end, max, last_frame } = self.intersections?;
-        let frame = last_frame?;
-        let left =
-            || simulation.intersections().first.map_or(String::new(), |first| format!(", such as {first}"));
-        let last = if end > 0 {
-            format!("{end} in the last frame{}", left())
-        } else {
-            format!("the last in frame {frame}")
+    fn intersected(&self, simulation: &Simulation, scene: &Scene) -> Option<String> {
+        let IntersectionSummary { start, end, max, last_frame } = self.intersections?;
+        let (frame, start) = (last_frame?, start.unwrap_or(0));
+        let last = match end {
+            0 if frame == 0 => "none in the last frame".to_owned(),
+            0 => format!("the last in frame {frame}"),
+            _ => {
+                let first = simulation.intersections().first;
+                let first = first.map_or_else(String::new, |first| format!(", such as {first}"));
+                format!("{end} in the last frame{first}")
+            }
         };
-        Some(format!("surfaces passed through each other: {max} edges and triangles at most, {last}"))
+        let at_start = (start > 0).then(|| format!("{start} at the start"));
+        let at_most = (max > start.max(end)).then(|| format!("{max} at most"));
+        let counts: Vec<String> = at_start.into_iter().chain(at_most).chain([last]).collect();
+        let counts = counts.join(", ");
+        let remedy = if end > 0 && !are_kept_out(scene, simulation) {
+            "; bodies with [body.self_collision] that start apart stay so"
+        } else {
+            ""
+        };
+        Some(format!("surfaces passed through each other, edges through triangles: {counts}{remedy}"))
+    }
+
+    /// What to say of springs and fabric that were longer than cloth ever is, or so long that its layers do not stop each other.
+    fn too_long(&self, simulation: &Simulation, scene: &Scene) -> Option<String> {
+        let slips = |body: &&BodyInfo| {
+            // From 1 down the body was warned of before.
+            body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
+        };
+        let then = if let Some(body) = simulation.bodies().iter().find(slips) {
+            format!(
+                "from {:.2} on nodes of another layer slip between those of body `{}`: a larger self_collision.thickness, stiffer \
+                 springs or a finer mesh would do",
+                body.slips_from.unwrap_or_default(),
+                body.name
+            )
+        } else if self.max_stretch > 1.0 + TOO_FAR && self.stretched(scene).is_none() {
+            let remedy = if scene.solver.is_primal() {
+                "slower colliders and pins or a smaller time.max_step"
+            } else {
+                "shorter steps for them, or solver.method = \"ice\" with solver.ice.form = \"primal\", which holds them at any step"
+            };
+            format!(
+                "cloth does not stretch so far, rubber may: stiffer springs or fabric would do, and {remedy}"
+            )
+        } else {
+            return None;
+        };
+        Some(format!("a spring or the fabric was {:.2} times its rest length; {then}", self.max_stretch))
     }
 
     /// What to say of a fabric that implicit steps have stretched beyond what fabrics bear.
@@ -230,7 +261,7 @@ impl Tally {
     }
 
     fn bodies(&self, simulation: &Simulation, scene: &Scene) -> Vec<BodySummary> {
-        let summary = |(index, body): (usize, &taffeta::BodyInfo)| BodySummary {
+        let summary = |(index, body): (usize, &BodyInfo)| BodySummary {
             name: body.name.clone(),
             nodes: body.nodes,
             vertices: body.vertices,

@@ -227,7 +227,7 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_the_reason() {
     refused(
         &older,
         &[],
-        "written by an older program, in version 0 of the format; this one reads version 15",
+        "written by an older program, in version 0 of the format; this one reads version 16",
     );
     older[8] = 99;
     refused(&older, &[], "written by a newer program");

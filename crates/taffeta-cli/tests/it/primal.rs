@@ -101,13 +101,16 @@ fn a_fabric_that_is_stretched_too_far_is_said_with_what_helps_and_that_helps() {
         assert_eq!(code, Some(0), "{err}");
         (most(&column(&desk, "max_stretch")), out)
     };
+    // Nothing keeps the blanket from passing through itself, which is said as well.
+    let others =
+        |out: &str| out.lines().any(|line| line.contains("warning") && !line.contains("passed through"));
     let one = "solver.ice.newton_steps=1";
     let (stretch, out) = run(&[one]);
     assert!(stretch > 1.5 && out.contains("one Newton step in a sub-step of 1.7e-2 s"), "{stretch}: {out}");
     for advice in ["solver.ice.newton_steps=0", "time.max_step=0.004"] {
         assert!(out.contains(&advice.replace('=', " = ")), "{out}");
         let (stretch, out) = run(&[one, advice]);
-        assert!(stretch < 1.4 && !out.contains("warning"), "{advice}: {stretch}: {out}");
+        assert!(stretch < 1.4 && !others(&out), "{advice}: {stretch}: {out}");
     }
     let (stretch, _) = run(&[]);
     assert!(stretch < 1.4, "as many as are needed are the default: {stretch}");

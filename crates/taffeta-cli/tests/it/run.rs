@@ -438,7 +438,7 @@ fn intersections_are_counted_where_they_are_asked_for() {
     let words = ["run", "scene.toml", "--out", "o", "--verify-contact"];
     let (out, err, code) = ending(desk.taffeta(&words));
     assert_eq!(code, Some(0), "{err}");
-    assert!(out.contains("warning: surfaces passed through each other: "), "{out}");
+    assert!(out.contains("warning: surfaces passed through each other, edges through triangles: "), "{out}");
     // One of those that are left is named.
     assert!(out.contains(" in the last frame, such as the edge of vertices "), "{out}");
     let table = std::fs::read_to_string(desk.path("o/frames.csv")).unwrap();
@@ -508,7 +508,70 @@ fn a_run_may_stop_at_the_first_intersection() {
     let frame = summary["frames"].as_u64().expect("a number");
     assert!(err.contains(&format!("frame {frame} has ")) && frame < 12, "{err}");
     assert_eq!(summary["intersections"]["last_frame"].as_u64(), Some(frame));
-    // Without the option nothing is counted.
-    desk.taffeta(&["run", "scene.toml", "--out", "p", "--quiet"]).assert().success();
-    assert!(desk.json("p/summary.json")["intersections"].is_null());
+}
+
+#[test]
+fn intersections_at_the_start_and_at_the_end_are_counted_unasked() {
+    // The second sheet starts in the first one, and falls through it.
+    let inside =
+        PASSING.replace("[0.03, 0.2, 0.02]", "[0.03, 0.05, 0.02]").replace("frames = 12", "frames = 6");
+    let desk = Desk::with(&inside);
+    let simulation = taffeta::Simulation::new(
+        &taffeta_io::load_scene(&desk.path("scene.toml"), &[]).unwrap().scene,
+        &taffeta::Options::default(),
+    );
+    let pairs = simulation.unwrap().intersections().pairs;
+    assert!(pairs > 0);
+    let (out, _, code) = ending(desk.taffeta(&["check", "scene.toml"]));
+    let said = format!(
+        "intersections at the start: {pairs} edges pass through triangles, such as the edge of vertices "
+    );
+    assert!(
+        code == Some(0)
+            && out.contains(&said)
+            && out.contains("nothing pulls bodies apart that have no [body.self_collision]"),
+        "{out}"
+    );
+    let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    assert_eq!(code, Some(0), "{err}");
+    let found = &desk.json("o/summary.json")["intersections"];
+    assert_eq!(found["start"].as_u64(), Some(pairs));
+    assert!(out.contains(&format!("edges through triangles: {pairs} at the start, ")), "{out}");
+    assert!(out.contains("bodies with [body.self_collision] that start apart stay so"), "{out}");
+    // Contact of a third body does not help these two.
+    let third = "[[body]]\nname = \"far\"\nnode_mass = 0.01\nmesh.grid = { rows = 3, cols = 3, size = [0.2, 0.2] }\n\
+                 place.position = [9.0, 0.0, 0.0]\nself_collision.thickness = 0.003\n";
+    let desk = Desk::with(&format!("{inside}{third}"));
+    let (out, _, _) = ending(desk.taffeta(&["check", "scene.toml"]));
+    assert!(out.contains("nothing pulls bodies apart that have no [body.self_collision]"), "{out}");
+    // What is apart is found to be.
+    let desk = Desk::with(&inside.replace("0.05, 0.02]", "0.9, 0.02]"));
+    let (out, _, _) = ending(desk.taffeta(&["check", "scene.toml"]));
+    assert!(out.contains("intersections at the start: none"), "{out}");
+    let (out, _, _) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    assert!(!out.contains("passed through"), "{out}");
+    let found = &desk.json("o/summary.json")["intersections"];
+    assert_eq!(*found, serde_json::json!({"start": 0, "final": 0, "max": 0, "last_frame": null}));
+}
+
+#[test]
+fn springs_that_stretch_as_no_cloth_does_are_said() {
+    // A chain of three heavy nodes at a pin: the first spring carries two of them, 2 m g/k = 0.1 m, of 0.1 m.
+    let chain = |k: f64| {
+        let scene = format!(
+            "[time]\nmax_step = 0.001\nframes = 60\n[[body]]\nname = \"c\"\nnode_mass = 0.05\nmesh.chain = {{ links = 2, length = 0.2 }}\n\
+             springs.structural = {{ k = {k:?}, d = 0.2 }}\n[[body.pin]]\nselect = {{ nodes = [0] }}\n"
+        );
+        let desk = Desk::with(&scene);
+        let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+        assert_eq!(code, Some(0), "{err}");
+        out
+    };
+    let soft = chain(9.81);
+    assert!(
+        soft.contains("times its rest length; cloth does not stretch so far")
+            && soft.contains("stiffer springs"),
+        "{soft}"
+    );
+    assert!(!chain(98.1).contains("cloth does not stretch"));
 }
