@@ -97,7 +97,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
     report.memory_bytes = sample.memory(&surface);
     report.bending_factors = sample.bending(&surface);
     if args.kind != Some(MeshKind::Body) || report.body.accepted {
-        sample.measure(&surface);
+        sample.make_room(&surface);
         report.scene = Some(sample.toml(args));
     }
     report

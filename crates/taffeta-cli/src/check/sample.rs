@@ -1,5 +1,5 @@
-//! A scene to begin with: a body over a floor. Cloth is a fabric, solved for implicitly; a soft body has springs that its nodes
-//! stand at a usual step.
+//! A scene to begin with: a body that touches itself, over a floor. Cloth is a fabric; a soft body has springs. Both are solved for
+//! implicitly, so that what is light or stiff needs no short steps.
 
 use super::report::MeshReport;
 use super::{Args, MeshKind};
@@ -10,31 +10,39 @@ use taffeta::scene::{Body, ConstraintForm, Internal, Mass, Material, Mesh, Metho
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
 
-/// Usual step [s].
-const STEP: f64 = 0.0005;
-/// Longest step of an implicit fabric [s]: four a frame.
-const FABRIC_STEP: f64 = 0.005;
+/// Longest step [s]: four a frame.
+const STEP: f64 = 0.005;
 /// What cloth is made of.
 const FABRIC: &str = "cotton";
 /// Mass of a soft body [kg].
 const SOFT_MASS: f64 = 1.0;
+/// Stiffness of a soft body's springs times its largest extent [N]: thousands of times its weight, so that it lands on thin limbs
+/// without stretching them by a fifth.
+const SOFT_FORCE: f64 = 30_000.0;
+/// Damping of its springs by their stiffness [s].
+const SOFT_DAMPING: f64 = 1e-3;
 /// Most struts inside a soft body: one for each node of most meshes.
 const STRUTS: usize = 10_000;
-/// Nodes up to which the step is measured; for more the body is not built.
+/// Nodes up to which struts are tried; for more the body is not built.
 const MANY: usize = 200_000;
+/// Thickness of contact by the largest extent, and the most of it [m]: two millimetres on a figure.
+const THICKNESS: (f64, f64) = (0.0012, 0.003);
+/// The same of the distance from the floor.
+const OFFSET: (f64, f64) = (0.006, 0.01);
 
 /// A body: cloth of a fabric, or a soft body with springs along its edges and struts inside. All nodes of the latter have the same
-/// mass, so that no light one needs short steps.
+/// mass.
 pub struct Sample {
     soft: bool,
     node_mass: f64,
     scale: Option<f64>,
     stiffness: f64,
     struts: usize,
-    /// Height of the floor [m].
+    /// Thickness of contact [m].
+    thickness: f64,
+    /// Height of the floor, and the distance that is kept from it [m].
     floor: f64,
-    /// Longest step [s].
-    pub step: f64,
+    offset: f64,
 }
 
 impl Sample {
@@ -50,10 +58,11 @@ impl Sample {
             soft,
             node_mass,
             scale,
-            stiffness: stiffness(node_mass),
+            stiffness: one_digit(SOFT_FORCE / (factor * largest)),
             struts: if soft && report.nodes <= MANY { report.nodes.min(STRUTS) } else { 0 },
+            thickness: one_digit(THICKNESS.0 * factor * largest).min(THICKNESS.1),
+            offset: one_digit(OFFSET.0 * factor * largest).min(OFFSET.1),
             floor: rounded(factor * (lowest - 0.2 * largest), factor * largest),
-            step: if soft { STEP } else { FABRIC_STEP },
         }
     }
 
@@ -72,16 +81,14 @@ impl Sample {
             Body::cloth("", mesh).with_material(Material::preset(FABRIC))
         };
         body.place.scale = self.scale;
-        body
+        body.collide(self.thickness)
     }
 
     /// A scene with this body.
     fn scene(&self, surface: &Arc<Surface>) -> Scene {
         let mut scene = Scene::new("").body(self.body(surface));
-        if !self.soft {
-            scene.solver.method = Method::Ice;
-            scene.solver.ice.form = ConstraintForm::Primal;
-        }
+        scene.solver.method = Method::Ice;
+        scene.solver.ice.form = ConstraintForm::Primal;
         scene
     }
 
@@ -99,28 +106,19 @@ impl Sample {
         self.scene(surface).memory_needed().bytes
     }
 
-    /// Leaves out struts that have no room, and shortens the step to one of one digit that all nodes stand; not where there
-    /// are very many.
-    pub fn measure(&mut self, surface: &Arc<Surface>) {
+    /// Leaves out struts that have no room; not where there are very many nodes.
+    pub fn make_room(&mut self, surface: &Arc<Surface>) {
         if !self.soft || surface.nodes.len() > MANY {
             return;
         }
-        let options = Options { threads: Some(1), find_largest_steps: true, ..Options::default() };
-        loop {
-            match Simulation::new(&self.scene(surface), &options) {
-                Ok(simulation) => {
-                    self.step = STEP.min(one_digit(simulation.largest_stable_step_folded()));
-                    return;
-                }
-                // There is not room inside for as many.
-                Err(_) if self.struts > 0 => self.struts /= 2,
-                Err(_) => return,
-            }
+        let options = Options { threads: Some(1), ..Options::default() };
+        while self.struts > 0 && Simulation::new(&self.scene(surface), &options).is_err() {
+            self.struts /= 2;
         }
     }
 
     fn damping(&self) -> f64 {
-        0.5 * self.stiffness * STEP
+        SOFT_DAMPING * self.stiffness
     }
 
     /// The scene in TOML, to be saved beside the mesh.
@@ -130,10 +128,8 @@ impl Sample {
         let body: String = name(args.path.file_stem()).chars().take(25).map(plain).collect();
         // A string of JSON is one of TOML.
         let file = serde_json::Value::from(name(args.path.file_name()));
-        let mut lines = vec![format!("[time]\nmax_step = {:?}", self.step)];
-        if !self.soft {
-            lines.push("[solver]\nmethod = \"ice\"\nice.form = \"primal\"".to_owned());
-        }
+        let mut lines = vec![format!("[time]\nmax_step = {STEP:?}")];
+        lines.push("[solver]\nmethod = \"ice\"\nice.form = \"primal\"".to_owned());
         let (kind, mass) = if self.soft {
             ("soft", format!("node_mass = {:?}", self.node_mass))
         } else {
@@ -148,14 +144,11 @@ impl Sample {
             let struts = || format!("springs.internal = {{ count = {}, k = {k:?}, d = {d:?} }}", self.struts);
             lines.extend((self.struts > 0).then(struts));
         }
-        lines.push(format!("[[collider]]\nplane = {{ point = [0.0, {:?}, 0.0] }}", self.floor));
+        lines.push(format!("self_collision.thickness = {:?}", self.thickness));
+        let (floor, offset) = (self.floor, self.offset);
+        lines.push(format!("[[collider]]\nplane = {{ point = [0.0, {floor:?}, 0.0] }}\noffset = {offset:?}"));
         lines.join("\n") + "\n"
     }
-}
-
-/// A stiffness [N/m] at which a node of this mass [kg] with some twenty springs is stable at the usual step.
-fn stiffness(mass: f64) -> f64 {
-    one_digit(0.05 * mass / (STEP * STEP))
 }
 
 /// The next smaller number of one digit.
@@ -178,6 +171,5 @@ mod tests {
     #[test]
     fn numbers_of_one_digit_are_not_larger() {
         assert_eq!([108.0, 0.296, 690_000.0, 4.28e-4].map(one_digit), [100.0, 0.2, 600_000.0, 4e-4]);
-        assert_eq!(stiffness(5.4e-4), 100.0);
     }
 }
