@@ -25,8 +25,16 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         if self.scratch.layout.count > 0 {
             return;
         }
-        let bodies = self.solve.bodies.iter().zip(&self.solve.list.bodies);
-        self.scratch.layout.cut(bodies.map(|(nodes, rows)| (rows.clone(), nodes.clone())));
+        let layout = &mut self.scratch.layout;
+        layout.clear();
+        for ((nodes, rows), bands) in
+            self.solve.bodies.iter().zip(&self.solve.list.bodies).zip(&self.solve.bands)
+        {
+            match bands {
+                Some(bands) => layout.push_bands(bands, rows.len()),
+                None => layout.push(rows.clone(), nodes.clone()),
+            }
+        }
     }
 
     /// Lists the active constraints and their nodes, after all workers have computed forces.
@@ -133,15 +141,15 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         }
         let (nodes, ends) = (part(first, count), part(first_end, count_ends));
         // SAFETY: nodes and entries of tiles follow each other, tiles have different places; others read after a barrier.
-        let (places, spans, entries) = unsafe {
+        // Rows were listed before a barrier.
+        let (places, spans, entries, row_of) = unsafe {
             (
                 self.shared.places.write(nodes.clone()),
                 self.shared.spans.write(nodes.clone()),
                 self.shared.entries.write(ends.clone()),
+                self.shared.row_of.read(),
             )
         };
-        // SAFETY: rows were listed before a barrier.
-        let row_of = unsafe { self.shared.row_of.read() };
         let (mut node, mut entry) = (0, 0);
         for place in self.worker.nodes.tiles[tile].runs().flat_map(|(_, run)| run) {
             let from = entry;

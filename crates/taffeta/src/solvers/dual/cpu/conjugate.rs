@@ -1,8 +1,10 @@
 //! Conjugate gradients on the systems of all bodies at once; each system has its own steps. An iteration is a pass
-//! over nodes, a pass over rows, and an update of vectors. Workers synchronise after each of them.
+//! over nodes, a pass over rows, and an update of vectors. Workers synchronise after each of them. What each pass does on a
+//! body with bands is in `bands.rs`.
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::real::{Real, scale};
+use crate::solvers::dual::cpu::bands::BandChunk;
 use crate::solvers::dual::cpu::kernels::{
     Advance, Along, Apply, Combine, GatherConstraintForces, Multiply, Product, SetUpRows,
 };
@@ -50,6 +52,15 @@ struct Vectors<'a, T> {
     row_forces: &'a mut [Quad<T>],
 }
 
+/// Some nodes of the system, and the constraint forces at them.
+struct NodeLists<'a, T> {
+    spans: &'a [[u32; 2]],
+    entries: &'a [u32],
+    row_forces: &'a [Quad<T>],
+    places: &'a [u32],
+    response: &'a mut [Quad<T>],
+}
+
 impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// Solves for the forces of all constraints.
     pub fn solve(&mut self) {
@@ -92,6 +103,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.each(self.scratch.layout.nodes.len(), Self::free_response);
         self.worker.synchronise();
         self.each(rows, |worker, chunk| {
+            if let Some(bands) = worker.banded(&worker.scratch.layout.rows[chunk]) {
+                return worker.note_sum(chunk, 0, bands.start(warm));
+            }
             let part = worker.rows_of(chunk);
             let Vectors { right, r, p, s, .. } = worker.vectors(&part);
             r.copy_from_slice(right);
@@ -123,10 +137,15 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.each(self.scratch.layout.nodes.len(), Self::respond);
         self.worker.synchronise();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
-            let part = worker.rows_of(chunk);
-            let [_, curvature] = worker.apply_to(&part, Vector::X);
-            let Vectors { x, r, .. } = worker.vectors(&part);
-            worker.note_sum(chunk, 0, worker.worker.nodes.level.run(Product { a: x, b: r }));
+            let [along, curvature] = if let Some(bands) = worker.banded(&worker.scratch.layout.rows[chunk]) {
+                bands.warmth()
+            } else {
+                let part = worker.rows_of(chunk);
+                let [_, curvature] = worker.apply_to(&part, Vector::X);
+                let Vectors { x, r, .. } = worker.vectors(&part);
+                [worker.worker.nodes.level.run(Product { a: x, b: r }), curvature]
+            };
+            worker.note_sum(chunk, 0, along);
             worker.note_sum(chunk, 2, curvature);
         });
         self.worker.synchronise();
@@ -135,8 +154,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             (0..self.scratch.bodies.len()).map(|body| factor(self.body_sums(body))).collect();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
-            let Vectors { rows, x, r, w, row_forces, .. } = worker.vectors(&part);
             let (level, factor) = (worker.worker.nodes.level, factors[body]);
+            if let Some(bands) = worker.banded(&worker.scratch.layout.rows[chunk]) {
+                return bands.scale_start(factor);
+            }
+            let Vectors { rows, x, r, w, row_forces, .. } = worker.vectors(&part);
             level.run(Multiply { vector: x, factor });
             level.run(Combine { to: r, factor: -factor, other: w });
             level.run(Along { rows, vector: r, row_forces });
@@ -150,9 +172,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             self.each(nodes, Self::respond);
             self.worker.synchronise();
             self.each(rows, |worker, chunk| {
-                let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
-                if !worker.is_done(body) {
-                    let [gamma, delta] = worker.apply_to(&part, Vector::R);
+                let of = &worker.scratch.layout.rows[chunk];
+                if !worker.is_done(of.body) {
+                    let [gamma, delta] = match worker.banded(of) {
+                        Some(bands) => bands.apply(),
+                        None => worker.apply_to(&of.part, Vector::R),
+                    };
                     worker.note_sum(chunk, 0, gamma);
                     worker.note_sum(chunk, 2, delta);
                 }
@@ -189,24 +214,36 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     /// Stores the constraint forces, and their force along each row.
     fn store_multipliers(&mut self) {
-        let solve = self.solve;
-        for chunk in self.mine(self.scratch.layout.rows.len()) {
-            let part = self.rows_of(chunk);
-            // SAFETY: rows were listed before a barrier; different rows are different constraints.
-            let which = &unsafe { self.shared.which.read() }[part.clone()];
-            let Vectors { rows, scale, offset, x, w, row_forces, .. } = self.vectors(&part);
-            for (i, &constraint) in which.iter().enumerate() {
-                let at = constraint as usize;
-                // SAFETY: as above; pulls are read in the next sub-step.
-                *unsafe { self.shared.multiplier.item(at) } = scale[i] * x[i];
-            }
-            w.copy_from_slice(x);
-            if solve.adaptive {
-                self.worker.nodes.level.run(Combine { to: w, factor: -T::ONE, other: offset });
-            }
-            self.worker.nodes.level.run(Along { rows, vector: w, row_forces });
-        }
+        self.each(self.scratch.layout.rows.len(), Self::store_chunk);
         self.worker.synchronise();
+        if self.solve.bands.iter().any(Option::is_some) {
+            self.each(self.scratch.layout.nodes.len(), |worker, chunk| {
+                if let Some(bands) = worker.banded(&worker.scratch.layout.nodes[chunk]) {
+                    bands.gather(&[], false);
+                }
+            });
+            self.worker.synchronise();
+        }
+    }
+
+    fn store_chunk(&mut self, chunk: usize) {
+        if let Some(bands) = self.banded(&self.scratch.layout.rows[chunk]) {
+            return bands.store();
+        }
+        let part = self.rows_of(chunk);
+        let Vectors { rows, scale, offset, x, w, row_forces, .. } = self.vectors(&part);
+        // SAFETY: rows were listed before a barrier; different rows are different constraints, whose forces are read in the
+        // next sub-step.
+        unsafe {
+            for (i, &constraint) in self.shared.which.read()[part].iter().enumerate() {
+                *self.shared.multiplier.item(constraint as usize) = scale[i] * x[i];
+            }
+        }
+        w.copy_from_slice(x);
+        if self.solve.adaptive {
+            self.worker.nodes.level.run(Combine { to: w, factor: -T::ONE, other: offset });
+        }
+        self.worker.nodes.level.run(Along { rows, vector: w, row_forces });
     }
 
     fn report(&mut self) {
@@ -240,6 +277,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     fn set_up_rows(&mut self, chunk: usize) {
+        let (old, inverse_mass) = (self.worker.old(), &self.worker.nodes.inverse_mass);
+        if let Some(bands) = self.banded(&self.scratch.layout.rows[chunk]) {
+            let noise = bands.set_up(&self.scratch.softness, [old[0], old[1], old[2]], inverse_mass);
+            return self.note_sum(chunk, 1, noise);
+        }
         let part = self.rows_of(chunk);
         let Vectors { rows, scale, offset, x, right, row_forces, .. } = self.vectors(&part);
         let (solve, adaptive) = (self.solve, self.solve.adaptive);
@@ -252,8 +294,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             rest: &solve.rest,
             material: &solve.list.material,
             softness: &self.scratch.softness,
-            inverse_mass: &self.worker.nodes.inverse_mass,
-            old: self.worker.old(),
+            inverse_mass,
+            old,
             springs: adaptive.then_some((&solve.list.materials[..], target)),
             multiplier,
             rows: &mut *rows,
@@ -283,37 +325,47 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     /// Predicts the contact of each node from the constraint forces of the last sub-step.
     fn predict_contacts_of(&mut self, chunk: usize) {
-        let nodes = self.scratch.layout.nodes[chunk].part.clone();
-        self.gather_constraint_forces(&nodes, false);
-        let h = self.worker.substep.h;
-        let reach = T::from_f64(reach(self.worker.substep.gravity, h.to_f64()));
-        // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
-        let (places, response, predictions, touched) = unsafe {
-            (
-                &self.shared.places.read()[nodes.clone()],
-                self.shared.response.write(nodes.clone()),
-                self.shared.predicted.write(nodes.clone()),
-                self.shared.collider.write(nodes),
-            )
-        };
-        for (((response, predicted), collider), &place) in
-            response.iter().zip(predictions).zip(touched).zip(places)
-        {
-            let place = place as usize;
-            let [x, y, z, _] = response.0;
-            let approach = Approach {
-                position: self.worker.old_position(place),
-                free: self.free_velocity(place),
-                solver_change: scale([x, y, z], -h),
-                reach,
-                h,
-            };
-            let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
-            (*predicted, *collider) = match self.mesh_cache.filter(|_| free) {
-                Some(cache) => cache.predict(self.colliders.at(place), place, &approach),
-                None => (PredictedContact::FREE, 0),
-            };
+        let of = self.scratch.layout.nodes[chunk].clone();
+        if let Some(bands) = self.banded(&of) {
+            bands.gather(&self.worker.nodes.inverse_mass, false);
+            let (mut nodes, inside) = (bands.own_nodes(), bands.real_nodes());
+            let first = bands.bands.first + inside.start;
+            let predicted = self.predicted(first..first + inside.len());
+            for (i, (predicted, collider)) in predicted.0.iter_mut().zip(predicted.1).enumerate() {
+                (*predicted, *collider) = self.predict(first + i, nodes.response.each_ref().map(|v| v[i]));
+                let [x, y, z] = predicted.normal;
+                nodes
+                    .contact
+                    .iter_mut()
+                    .zip([x, y, z, predicted.slides])
+                    .for_each(|(to, number)| to[i] = number);
+            }
+            return;
         }
+        self.gather_constraint_forces(&of.part, false);
+        let NodeLists { places, response, .. } = self.node_lists(&of.part);
+        let (predictions, colliders) = self.predicted(of.part);
+        for (((response, predicted), collider), &place) in
+            response.iter().zip(predictions).zip(colliders).zip(places)
+        {
+            let [x, y, z, _] = response.0;
+            (*predicted, *collider) = self.predict(place as usize, [x, y, z]);
+        }
+    }
+
+    /// The contact of a place, whose velocity the constraint forces change at a rate of -`response`, and its collider.
+    fn predict(&self, place: usize, response: [T; 3]) -> (PredictedContact<T>, u32) {
+        let h = self.worker.substep.h;
+        let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
+        let Some(cache) = self.mesh_cache.filter(|_| free) else { return (PredictedContact::FREE, 0) };
+        let approach = Approach {
+            position: self.worker.old_position(place),
+            free: self.free_velocity(place),
+            solver_change: scale(response, -h),
+            reach: T::from_f64(reach(self.worker.substep.gravity, h.to_f64())),
+            h,
+        };
+        cache.predict(self.colliders.at(place), place, &approach)
     }
 
     /// The velocity of a place without constraints. It is stored where the state after will be.
@@ -325,55 +377,88 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// By node: the velocity without constraints, divided by the sub-step. Springs that constraints replace are taken
     /// out.
     fn free_response(&mut self, chunk: usize) {
-        let nodes = self.scratch.layout.nodes[chunk].part.clone();
-        let (adaptive, h) = (self.solve.adaptive, self.worker.substep.h);
-        if adaptive {
-            self.gather_constraint_forces(&nodes, false);
+        let of = self.scratch.layout.nodes[chunk].clone();
+        if let Some(bands) = self.banded(&of) {
+            let (nodes, inside) = (bands.own_nodes(), bands.real_nodes());
+            let first = bands.bands.first + inside.start;
+            let [x, y, z] = nodes.response;
+            for (i, predicted) in self.predicted(first..first + inside.len()).0.iter().enumerate() {
+                [x[i], y[i], z[i]] = self.free_rate(first + i, predicted, [T::ZERO; 3]);
+            }
+            return;
         }
-        // SAFETY: as in `predict_contacts_of`.
-        let (places, response, predicted) = unsafe {
-            (
-                &self.shared.places.read()[nodes.clone()],
-                self.shared.response.write(nodes.clone()),
-                self.shared.predicted.write(nodes),
-            )
-        };
-        for (response, &place) in response.iter_mut().zip(places) {
-            let [x, y, z, _] = if adaptive { response.0 } else { [T::ZERO; 4] };
-            let [u, v, w] = self.free_velocity(place as usize);
-            *response = Quad([u / h + x, v / h + y, w / h + z, T::ZERO]);
+        if self.solve.adaptive {
+            self.gather_constraint_forces(&of.part, false);
         }
-        let predicted = if self.colliders.is_empty() { &[] } else { &*predicted };
-        for (response, predicted) in response.iter_mut().zip(predicted) {
-            let [x, y, z, _] = response.0;
-            let [x, y, z] = predicted.rate([x, y, z], h);
+        let NodeLists { places, response, .. } = self.node_lists(&of.part);
+        for ((response, predicted), &place) in response.iter_mut().zip(self.predicted(of.part).0).zip(places)
+        {
+            let [x, y, z, _] = if self.solve.adaptive { response.0 } else { [T::ZERO; 4] };
+            let [x, y, z] = self.free_rate(place as usize, predicted, [x, y, z]);
             *response = Quad([x, y, z, T::ZERO]);
         }
     }
 
+    /// The velocity of a place without constraints, divided by the sub-step, plus the rate that springs had.
+    fn free_rate(&self, place: usize, predicted: &PredictedContact<T>, [x, y, z]: [T; 3]) -> [T; 3] {
+        let (h, [u, v, w]) = (self.worker.substep.h, self.free_velocity(place));
+        let rate = [u / h + x, v / h + y, w / h + z];
+        if self.colliders.is_empty() { rate } else { predicted.rate(rate, h) }
+    }
+
     /// By node: the response to the forces of a vector.
     fn respond(&mut self, chunk: usize) {
-        let Chunk { body, part } = self.scratch.layout.nodes[chunk].clone();
-        if !self.is_done(body) {
-            self.gather_constraint_forces(&part, !self.colliders.is_empty());
+        let (of, in_contact) = (&self.scratch.layout.nodes[chunk], !self.colliders.is_empty());
+        if self.is_done(of.body) {
+            return;
+        }
+        match self.banded(of) {
+            Some(bands) => bands.gather(&self.worker.nodes.inverse_mass, in_contact),
+            None => self.gather_constraint_forces(&of.part, in_contact),
         }
     }
 
     /// The response of some nodes to constraint forces; `held` says whether predicted contacts act.
     fn gather_constraint_forces(&self, nodes: &Range<usize>, held: bool) {
-        // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
-        let kernel = unsafe {
-            GatherConstraintForces {
-                spans: &self.shared.spans.read()[nodes.clone()],
-                entries: self.shared.entries.read(),
-                row_forces: self.shared.row_forces.read(),
-                places: &self.shared.places.read()[nodes.clone()],
-                inverse_mass: &self.worker.nodes.inverse_mass,
-                predicted: if held { &self.shared.predicted.read()[nodes.clone()] } else { &[] },
-                out: self.shared.response.write(nodes.clone()),
+        let NodeLists { spans, entries, row_forces, places, response } = self.node_lists(nodes);
+        self.worker.nodes.level.run(GatherConstraintForces {
+            spans,
+            entries,
+            row_forces,
+            places,
+            inverse_mass: &self.worker.nodes.inverse_mass,
+            predicted: if held { self.predicted(nodes.clone()).0 } else { &[] },
+            out: response,
+        });
+    }
+
+    /// Some nodes of the system; callers take each only once at a time.
+    fn node_lists(&self, nodes: &Range<usize>) -> NodeLists<'w, T> {
+        let shared = self.shared;
+        // SAFETY: listed before a barrier, as row forces were found; nodes of chunks are different, and others read
+        // `response` after a barrier.
+        unsafe {
+            NodeLists {
+                spans: &shared.spans.read()[nodes.clone()],
+                entries: shared.entries.read(),
+                row_forces: shared.row_forces.read(),
+                places: &shared.places.read()[nodes.clone()],
+                response: shared.response.write(nodes.clone()),
             }
-        };
-        self.worker.nodes.level.run(kernel);
+        }
+    }
+
+    /// The predicted contacts of some nodes, and their colliders; callers take each only once at a time.
+    fn predicted(&self, nodes: Range<usize>) -> (&'w mut [PredictedContact<T>], &'w mut [u32]) {
+        // SAFETY: nodes of chunks are different.
+        unsafe { (self.shared.predicted.write(nodes.clone()), self.shared.collider.write(nodes)) }
+    }
+
+    /// A chunk of a body with bands.
+    fn banded(&self, chunk: &Chunk) -> Option<BandChunk<'w, T>> {
+        let (solve, level) = (self.solve, self.worker.nodes.level);
+        let bands = solve.bands[chunk.body].as_ref()?;
+        Some(BandChunk { bands, state: &solve.band_state, level, nodes: chunk.part.clone() })
     }
 
     /// Multiplies one of the vectors by the matrix, into `w`.
@@ -397,6 +482,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         let (alpha, beta) = self.scratch.bodies[body].step;
         let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
+        if let Some(bands) = self.banded(&self.scratch.layout.rows[chunk]) {
+            return bands.advance(alpha, beta);
+        }
         let Vectors { rows, x, r, p, s, w, row_forces, .. } = self.vectors(&part);
         self.worker.nodes.level.run(Advance { alpha, beta, x, r, p, s, w });
         self.worker.nodes.level.run(Along { rows, vector: r, row_forces });

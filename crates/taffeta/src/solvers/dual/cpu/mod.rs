@@ -1,10 +1,12 @@
 //! The dual solver on the CPU: the active constraints, and the system of their forces.
 //!
-//! The rows (constraints) and nodes of the system are lists, cut into chunks of one body each. Workers get even parts
-//! of the chunks. Sums are taken by chunk in [`LANES`](crate::topology::LANES) lanes, then chunk by chunk. This order
+//! The rows (constraints) and nodes of the system are lists, cut into chunks of one body each, but for bodies of constraints
+//! that are not adaptive and lie in few [bands](bands). Workers get even parts of the chunks. Sums are taken by chunk in [`LANES`](crate::topology::LANES) lanes, then chunk by chunk. This order
 //! depends on neither threads nor vector width.
 
 mod active;
+mod band_kernels;
+mod bands;
 mod conjugate;
 pub(crate) mod kernels;
 mod layout;
@@ -32,6 +34,7 @@ use crate::solvers::dual::distance::Softness;
 use crate::solvers::waiting;
 use crate::step::{Marks, Op};
 use crate::topology::Csr;
+use bands::{BandState, Bands};
 use layout::Layout;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -63,6 +66,9 @@ pub struct Dual<T> {
     tiles: Vec<TilePlan>,
     scratch: PerWorker<SolveScratch<T>>,
     work: Work<T>,
+    /// The bands of each body that has few, and what their rows and nodes have.
+    bands: Vec<Option<Bands<T>>>,
+    band_state: BandState<T>,
 }
 
 /// State that changes. Forces and activity are kept from one sub-step to the next.
@@ -137,15 +143,20 @@ impl<T: Real> Dual<T> {
         };
         let adaptive = assembly.solver.method == Method::Acad;
         let by_place = Csr::corners(assembly.places, &list.ends);
-        let work = Work::new(&list, &by_place, tiles.len(), adaptive);
+        let bodies: Vec<_> = assembly.bodies.iter().map(|body| body.solver_range()).collect();
+        let bands =
+            if adaptive { bodies.iter().map(|_| None).collect() } else { Bands::of_bodies(&list, &bodies) };
+        let work = Work::new(&list, &by_place, &bands, tiles.len(), adaptive);
         Some(Self {
+            band_state: BandState::new(&bands),
+            bands,
             rest: list.rest.iter().map(|&rest| T::from_f64(rest)).collect(),
             by_place,
             of_tile: tiles.iter().map(|tile| tile.runs().map(|(_, run)| owned(run)).collect()).collect(),
             solver: assembly.solver.clone(),
             adaptive,
             surfaces: assembly.solver.method == Method::Ice && !assembly.colliders().is_empty(),
-            bodies: assembly.bodies.iter().map(|body| body.solver_range()).collect(),
+            bodies,
             tiles: tiles.clone(),
             scratch: PerWorker::new(context.chunks.len(), |_| SolveScratch::default()),
             work,
@@ -161,15 +172,24 @@ impl<T: Real> Dual<T> {
 
 impl<T: Real> Work<T> {
     /// Memory for all constraints of a scene. If they are not adaptive, the lists are made here, once.
-    fn new(list: &Constraints, by_place: &Csr, tiles: usize, adaptive: bool) -> Self {
-        let (count, places) = (list.len(), by_place.offsets.len() - 1);
+    fn new(
+        list: &Constraints,
+        by_place: &Csr,
+        bands: &[Option<Bands<T>>],
+        tiles: usize,
+        adaptive: bool,
+    ) -> Self {
+        let (all, places) = (list.len(), by_place.offsets.len() - 1);
+        // Without lists, if all bodies have bands.
+        let is_listed = bands.iter().any(Option::is_none);
+        let (count, nodes) = if is_listed { (all, places) } else { (0, 0) };
         // Indices of active constraints, if they are adaptive.
         let [changing, placed] = if adaptive { [count, places] } else { [0; 2] };
         let quads = |n| Shared::from(vec![Quad::default(); n]);
         let numbers = || Shared::from(vec![T::ZERO; count]);
         let span = |place| [by_place.offsets[place], by_place.offsets[place + 1]];
         // The lists of a system of all constraints.
-        let [which, all_places] = [count, places].map(|n| (0..n as u32).collect::<Vec<_>>().into());
+        let [which, all_places] = [count, nodes].map(|n| (0..n as u32).collect::<Vec<_>>().into());
         Self {
             multiplier: numbers(),
             active: (0..changing).map(|_| AtomicBool::new(false)).collect(),
@@ -179,9 +199,9 @@ impl<T: Real> Work<T> {
             row_of: vec![0; changing].into(),
             node_of: vec![0; placed].into(),
             places: all_places,
-            spans: (0..places).map(span).collect::<Vec<_>>().into(),
-            entries: by_place.items.clone().into(),
-            ends: list.ends.clone().into(),
+            spans: (0..nodes).map(span).collect::<Vec<_>>().into(),
+            entries: by_place.items[..2 * count].to_vec().into(),
+            ends: list.ends[..count].to_vec().into(),
             rows: quads(count),
             scale: numbers(),
             offset: numbers(),
@@ -192,10 +212,10 @@ impl<T: Real> Work<T> {
             s: numbers(),
             w: numbers(),
             row_forces: quads(count),
-            response: quads(places),
+            response: quads(nodes),
             predicted: vec![PredictedContact::FREE; places].into(),
             collider: vec![0; places].into(),
-            sums: Numbers::new(layout::most_chunks(list)),
+            sums: Numbers::new(layout::most_chunks(list, bands)),
         }
     }
 }
@@ -266,20 +286,28 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn save(&self, state: &mut SolverState) {
         let asked = self.solver.ice.warm_start || self.surfaces;
         // SAFETY: no worker works between frames.
-        let multipliers = unsafe { self.work.multiplier.read() };
-        state.warm_start = if asked {
-            multipliers.iter().map(|multiplier| multiplier.to_f64()).collect()
-        } else {
-            Vec::new()
-        };
+        let (listed, of_bands) = unsafe { (self.work.multiplier.read(), self.band_state.multipliers.read()) };
+        state.warm_start.clear();
+        for (rows, bands) in self.list.bodies.iter().zip(&self.bands).filter(|_| asked) {
+            match bands {
+                Some(bands) => {
+                    state.warm_start.extend(bands.own_multipliers().map(|row| of_bands[row].to_f64()))
+                }
+                None => state.warm_start.extend(listed[rows.clone()].iter().map(|force| force.to_f64())),
+            }
+        }
         state.active = self.work.active.iter().map(|active| active.load(Ordering::Relaxed)).collect();
     }
 
     fn load(&mut self, state: &SolverState) {
         // A frame that was stopped has left its own.
         self.scratch.iter_mut().for_each(|scratch| scratch.report = SolverReport::default());
-        for (multiplier, &from) in self.work.multiplier.get_mut().iter_mut().zip(&state.warm_start) {
-            *multiplier = T::from_f64(from);
+        let (listed, of_bands) = (self.work.multiplier.get_mut(), self.band_state.multipliers.get_mut());
+        for (rows, bands) in self.list.bodies.iter().zip(&self.bands) {
+            let saved = state.warm_start.get(rows.clone()).unwrap_or_default();
+            let at = |i: usize| bands.as_ref().map_or(rows.start + i, |bands| bands.multiplier_of(i));
+            let all = if bands.is_some() { &mut *of_bands } else { &mut *listed };
+            saved.iter().enumerate().for_each(|(i, &from)| all[at(i)] = T::from_f64(from));
         }
         if self.adaptive {
             for (active, &from) in self.work.active.iter_mut().zip(&state.active) {
@@ -292,7 +320,8 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn bytes(&self) -> usize {
         let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
         let node = size_of::<Quad<T>>() + size_of::<PredictedContact<T>>() + 20;
-        self.work.multiplier.len() * each + self.work.places.len() * node
+        let of_bands: usize = self.bands.iter().flatten().map(Bands::bytes).sum();
+        self.work.multiplier.len() * each + self.work.predicted.len() * node + of_bands
     }
 }
 
