@@ -64,8 +64,9 @@ pub fn total<T: Real>(lanes: &Lanes<T>) -> f64 {
 
 /// Kernel: sets up the rows of a band at a chunk of nodes.
 pub struct SetUpBand<'a, T> {
-    /// Place of the first node, and of the other ends.
-    pub place: usize,
+    /// Solver index of the first node.
+    pub first: usize,
+    /// From a node to the other end of its row.
     pub step: usize,
     pub softness: &'a Softness<T>,
     pub position: [&'a [T]; 3],
@@ -95,7 +96,7 @@ impl<T: Real> Kernel for SetUpBand<'_, T> {
         let (right, x) = (blocks_mut(self.right, nodes), blocks_mut(self.x, nodes));
         let vector = blocks_mut(self.vector, nodes);
         for i in 0..rest.len() {
-            let at = self.place + i * LANES;
+            let at = self.first + i * LANES;
             let [mut ax, mut ay, mut az, mut aw] = [[T::ZERO; LANES]; 4];
             let [mut bx, mut by, mut bz, mut bw] = [[T::ZERO; LANES]; 4];
             for (column, a, b) in [
@@ -285,13 +286,13 @@ impl<T: Real> Kernel for AdvanceBand<'_, T> {
 }
 
 /// Kernel: a vector plus a multiple of another.
-pub struct Combine<'a, T> {
+pub struct CombineBands<'a, T> {
     pub to: &'a mut [T],
     pub factor: T,
     pub other: &'a [T],
 }
 
-impl<T: Real> Kernel for Combine<'_, T> {
+impl<T: Real> Kernel for CombineBands<'_, T> {
     /// The result times itself.
     type Output = Lanes<T>;
     #[inline(always)]

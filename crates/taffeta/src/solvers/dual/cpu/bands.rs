@@ -1,7 +1,7 @@
-//! Bodies whose constraints are kept by bands. All constraints of a material between nodes that are as far apart in the
-//! order of nodes make a band: on a grid, each of its six directions. With one row for each node, sixteen rows that follow
-//! each other act between two runs of sixteen nodes, and nothing is looked up in lists. Where a node has no constraint of a
-//! band, its row is zero.
+//! Constraints by bands, as diagonals of a sparse matrix are stored. All constraints of a material between nodes that are
+//! equally far apart in the order of nodes make a band: on a grid, each of its six directions. A band has one row for each
+//! node, so sixteen rows act between two runs of sixteen nodes, and no list is read. Where a node has no constraint, its row
+//! is zero.
 
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
@@ -9,7 +9,7 @@ use crate::cpu::simd::SimdLevel;
 use crate::real::Real;
 use crate::solvers::constraints::Constraints;
 use crate::solvers::dual::cpu::band_kernels::{
-    AdvanceBand, ApplyBands, Band, Combine, GatherBands, SetUpBand, total,
+    AdvanceBand, ApplyBands, Band, CombineBands, GatherBands, SetUpBand, total,
 };
 use crate::solvers::dual::cpu::kernels::{Multiply, Product};
 use crate::solvers::dual::distance::Softness;
@@ -19,19 +19,20 @@ use std::ops::Range;
 
 /// Nodes of a chunk at most.
 pub const CHUNK: usize = 64;
-/// Rows for each constraint at most: sixteen rows of bands cost no more than some four of lists.
+/// Rows for each constraint at most. Four rows of a list take as long as sixteen of a band, which need more memory.
 const ROWS: usize = 2;
 
 /// The bands of a body.
 pub struct Bands<T> {
-    /// Place of its first node, and number of its nodes.
+    /// Solver index of its first node, and number of its nodes.
     pub first: usize,
     pub count: usize,
     /// The same in whole vectors.
     pub nodes: usize,
-    /// By step.
+    /// In ascending order of their steps.
     bands: Vec<Band>,
-    /// Where the rows of the first node are in each band, as their second end and as their first.
+    /// By band: where the rows are of which the first node is the second end, and the first end, in the order in which forces
+    /// are added.
     seconds: Vec<usize>,
     firsts: Vec<usize>,
     /// Its part of what neighbours read by band and node, of what is by row, and of what is by node.
@@ -231,7 +232,7 @@ impl<'w, T: Real> BandChunk<'w, T> {
             let own = part(i * count, count);
             let (direction, vector) = self.columns_of(band);
             sum += total(&self.level.run(SetUpBand {
-                place: self.bands.first + self.nodes.start,
+                first: self.bands.first + self.nodes.start,
                 step: band.step,
                 softness: &softness[band.material],
                 position,
@@ -293,7 +294,7 @@ impl<'w, T: Real> BandChunk<'w, T> {
         s.fill(T::ZERO);
         // Without compliance and forces, the part of the velocities remains.
         self.apply_with(s, w);
-        let square = total(&self.level.run(Combine { to: &mut *p, factor: T::ONE, other: w }));
+        let square = total(&self.level.run(CombineBands { to: &mut *p, factor: T::ONE, other: w }));
         if !warm {
             x.fill(T::ZERO);
             self.spread(p);
@@ -313,7 +314,7 @@ impl<'w, T: Real> BandChunk<'w, T> {
     pub fn scale_start(&self, factor: T) {
         let Rows { x, p, w, .. } = self.rows();
         self.level.run(Multiply { vector: x, factor });
-        self.level.run(Combine { to: &mut *p, factor: -factor, other: w });
+        self.level.run(CombineBands { to: &mut *p, factor: -factor, other: w });
         self.spread(p);
         p.fill(T::ZERO);
     }
@@ -384,7 +385,8 @@ impl<'w, T: Real> BandChunk<'w, T> {
     /// Directions and vector of its body, to read.
     fn columns(&self) -> ([&'w [T]; 3], &'w [T]) {
         let (all, state) = (&self.bands.columns, self.state);
-        // SAFETY: they are written before a barrier, and not again before another.
+        // SAFETY: directions are written before a barrier, and not again before another. So is the vector, where nodes gather it;
+        // where a chunk is multiplied, only its own rows of it are read, which this worker alone writes.
         unsafe {
             let direction = state.direction.each_ref().map(|column| &column.read()[all.clone()]);
             (direction, &state.vector.read()[all.clone()])
@@ -406,15 +408,18 @@ impl<'w, T: Real> BandChunk<'w, T> {
 mod tests {
     use super::*;
     use crate::assembly::Assembly;
-    use crate::real::{dot, sub};
+    use crate::real::{add, dot, scale, sub};
     use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
 
     fn assembly(meshes: impl IntoIterator<Item = Mesh>) -> Assembly {
+        let body = |(i, mesh): (usize, Mesh)| {
+            let is_grid = matches!(mesh, Mesh::Grid(_));
+            let body = Body::cloth(format!("body {i}"), mesh).with_mass(Mass::Node(0.1));
+            let body = body.structural(9.0, 0.1).bend(7.0, 0.1);
+            if is_grid { body.shear(8.0, 0.1) } else { body }
+        };
         let scene = Scene::new("").method(Method::Ice);
-        let body = |(i, mesh)| Body::cloth(format!("body {i}"), mesh).with_mass(Mass::Node(0.1));
-        let springs = |body: Body| body.structural(9.0, 0.1).shear(8.0, 0.1).bend(7.0, 0.1);
-        let scene = meshes.into_iter().enumerate().map(body).map(springs).fold(scene, Scene::body);
-        Assembly::new(&scene).unwrap()
+        Assembly::new(&meshes.into_iter().enumerate().map(body).fold(scene, Scene::body)).unwrap()
     }
 
     fn bands(assembly: &Assembly) -> Vec<Option<Bands<f64>>> {
@@ -426,9 +431,9 @@ mod tests {
     fn grids_have_bands_and_irregular_meshes_have_lists() {
         let ball = Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 2 });
         let grid = |rows, cols| Mesh::grid(rows, cols, [1.0, 1.5]);
-        let assembly = assembly([grid(5, 33), ball, grid(2, 9), grid(20, 3), grid(2, 2)]);
+        let assembly = assembly([grid(5, 33), ball, grid(3, 16), grid(20, 3), grid(2, 2)]);
         let (all, list) = (bands(&assembly), assembly.constraints());
-        // Six constraints in sixteen rows for each of five bands are too few.
+        // The last has six constraints, in four bands of sixteen rows.
         assert_eq!(all.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, true, true, false]);
         assert_eq!(all[0].as_ref().unwrap().bands.len(), 6);
         let mut taken = BTreeSet::new();
@@ -486,10 +491,9 @@ mod tests {
             (a, b, own, x)
         };
         for (a, b, own, x) in list.bodies[1].clone().map(row) {
-            for axis in 0..3 {
-                response[a][axis] -= inverse_mass[a] * own.direction[axis] * x;
-                response[b][axis] += inverse_mass[b] * own.direction[axis] * x;
-            }
+            let force = scale(own.direction, x);
+            response[a] = sub(response[a], scale(force, inverse_mass[a]));
+            response[b] = add(response[b], scale(force, inverse_mass[b]));
         }
         let products = list.bodies[1].clone().map(row).map(|(a, b, own, x)| {
             [x * x, x * (dot(own.direction, sub(response[b], response[a])) + own.compliance * x)]

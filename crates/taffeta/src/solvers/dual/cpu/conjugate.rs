@@ -385,6 +385,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             for (i, predicted) in self.predicted(first..first + inside.len()).0.iter().enumerate() {
                 [x[i], y[i], z[i]] = self.free_rate(first + i, predicted, [T::ZERO; 3]);
             }
+            // What fills up the last vector keeps nothing of what was before, which need not be a number.
+            [x, y, z].into_iter().for_each(|column| column[inside.len()..].fill(T::ZERO));
             return;
         }
         if self.solve.adaptive {

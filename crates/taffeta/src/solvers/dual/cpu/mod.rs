@@ -318,10 +318,16 @@ impl<T: Real> Feature<T> for Dual<T> {
     }
 
     fn bytes(&self) -> usize {
-        let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
-        let node = size_of::<Quad<T>>() + size_of::<PredictedContact<T>>() + 20;
+        let Self { work, list, by_place, .. } = self;
         let of_bands: usize = self.bands.iter().flatten().map(Bands::bytes).sum();
-        self.work.multiplier.len() * each + self.work.predicted.len() * node + of_bands
+        // Ends, material and rest length, in 64 bits and in those of the simulation.
+        let of_list =
+            list.len() * (20 + size_of::<T>()) + 4 * (by_place.offsets.len() + by_place.items.len());
+        // Numbers and quads of each row; its constraint, entries and ends.
+        let of_rows = work.multiplier.len() * (9 * size_of::<T>() + 2 * size_of::<Quad<T>>() + 20);
+        let of_nodes = work.places.len() * (12 + size_of::<Quad<T>>());
+        let of_places = work.predicted.len() * (4 + size_of::<PredictedContact<T>>());
+        of_bands + of_list + of_rows + of_nodes + of_places + 5 * work.active.len() + work.node_of.bytes()
     }
 }
 
