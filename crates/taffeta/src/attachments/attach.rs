@@ -113,24 +113,46 @@ pub fn project_to_circle<T: Real>(x: [T; 3], (a, r): Ball<T>, (b, s): Ball<T>) -
 /// A node that its tethers have moved: its position, the translation [m], and 1 for each tether that is taut, else 0.
 pub type HeldBack<T, const N: usize> = ([T; 3], [T; 3], [T; N]);
 
+/// Two balls, first the one that a node at `x` [m] exceeds most.
+#[derive(Clone, Copy)]
+pub struct ByExcess<T> {
+    /// Whether that is the second of them.
+    pub is_second: bool,
+    pub first: Ball<T>,
+    pub second: Ball<T>,
+    /// By how much the node exceeds each [m²].
+    pub excess: [T; 2],
+}
+
+/// The ball that a node at `x` [m] exceeds most, and the other.
+#[inline(always)]
+pub fn by_excess<T: Real>(x: [T; 3], (p, p_radius): Ball<T>, (q, q_radius): Ball<T>) -> ByExcess<T> {
+    let (of_p, of_q) = (excess(x, (p, p_radius)), excess(x, (q, q_radius)));
+    let is_second = of_q > of_p;
+    let pick = |p: T, q: T| if is_second { q } else { p };
+    ByExcess {
+        is_second,
+        first: ([0, 1, 2].map(|axis| pick(p[axis], q[axis])), pick(p_radius, q_radius)),
+        second: ([0, 1, 2].map(|axis| pick(q[axis], p[axis])), pick(q_radius, p_radius)),
+        excess: [pick(of_p, of_q), pick(of_q, of_p)],
+    }
+}
+
 /// Moves a node at `x` [m] to the nearest point of two balls: of the one that it exceeds most, or of the other, or where both surfaces meet.
 /// It has no branches, so that a loop over nodes becomes vector instructions.
 #[inline(always)]
-pub fn project_to_two<T: Real>(x: [T; 3], (p, p_radius): Ball<T>, (q, q_radius): Ball<T>) -> HeldBack<T, 2> {
-    let (of_p, of_q) = (excess(x, (p, p_radius)), excess(x, (q, q_radius)));
-    let is_q = of_q > of_p;
-    let pick = |p: T, q: T| if is_q { q } else { p };
-    let (a, r) = ([0, 1, 2].map(|axis| pick(p[axis], q[axis])), pick(p_radius, q_radius));
-    let (b, s) = ([0, 1, 2].map(|axis| pick(q[axis], p[axis])), pick(q_radius, p_radius));
-    let (at_first, by_first) = project_to_sphere(x, (a, r));
-    let (at_second, by_second) = project_to_sphere(x, (b, s));
-    let (on_circle, by_both) = project_to_circle(x, (a, r), (b, s));
-    let acts = pick(of_p, of_q) > T::ZERO;
+pub fn project_to_two<T: Real>(x: [T; 3], p: Ball<T>, q: Ball<T>) -> HeldBack<T, 2> {
+    let ByExcess { is_second, first, second, excess } = by_excess(x, p, q);
+    let (at_first, by_first) = project_to_sphere(x, first);
+    let (at_second, by_second) = project_to_sphere(x, second);
+    let (on_circle, by_both) = project_to_circle(x, first, second);
+    let acts = excess[0] > T::ZERO;
     // Of balls around nearly the same point, one is as good as both, and the circle is anywhere.
+    let ((a, r), (b, _)) = (first, second);
     let (apart, blur) = (sub(b, a), T::from_f64(1000.0) * T::EPSILON * (r + size(x)));
-    let alone = (sure_excess(at_first, (b, s)) <= T::ZERO) | (dot(apart, apart) <= blur * blur);
+    let alone = (sure_excess(at_first, second) <= T::ZERO) | (dot(apart, apart) <= blur * blur);
     // A node within the second needs both.
-    let needs_both = (sure_excess(at_second, (a, r)) > T::ZERO) | (pick(of_q, of_p) <= T::ZERO);
+    let needs_both = (sure_excess(at_second, first) > T::ZERO) | (excess[1] <= T::ZERO);
     let choose = |none: T, first: T, second: T, both: T| {
         let of_two = if needs_both { both } else { second };
         let of_all = if alone { first } else { of_two };
@@ -143,6 +165,7 @@ pub fn project_to_two<T: Real>(x: [T; 3], (p, p_radius): Ball<T>, (q, q_radius):
     }
     let of_first = choose(T::ZERO, T::ONE, T::ZERO, T::ONE);
     let of_second = choose(T::ZERO, T::ZERO, T::ONE, T::ONE);
+    let pick = |p: T, q: T| if is_second { q } else { p };
     (position, shift, [pick(of_first, of_second), pick(of_second, of_first)])
 }
 

@@ -4,8 +4,8 @@
 //! alike whether it breaks.
 
 use crate::attachments::attach::{self, JointCorrection, PointState};
-use crate::attachments::constraints::{Attachments as Constraints, IS_POINT, JointConstraint};
-use crate::attachments::cpu_tethers::{Anchor, HoldBack, MovedSlice, TetherSlice, hold_back};
+use crate::attachments::constraints::{IS_POINT, JointConstraint};
+use crate::attachments::cpu_tethers::{Anchor, HoldBack, Tethered, Tethers, hold_back};
 use crate::attachments::joints::{self, GroupJoint};
 use crate::backend::SolverState;
 use crate::contact::colliders::cpu::Colliders;
@@ -32,9 +32,8 @@ pub struct Attachments<T> {
     tethers_of: Csr,
     /// Those of them in each tile that have joints.
     of_tile: Csr,
-    /// Those that have none, tile by tile, and where the slices of each tile begin.
-    slices: Vec<TetherSlice<T>>,
-    slices_of: Vec<usize>,
+    /// Tethers of those that have none.
+    alone: Tethers<T>,
     joints: Vec<Joint<T>>,
     materials: Vec<JointMaterial<T>>,
     /// Where points start [m], and the track that they follow, if any.
@@ -77,12 +76,12 @@ type Response<T> = (u32, [T; 6]);
 pub struct AttachScratch<T> {
     /// Nodes with joints that are moved, tile by tile, with their position and velocity afterwards.
     responses: Vec<Response<T>>,
-    /// Slices of nodes without joints that their tethers hold back.
-    held_back: Vec<MovedSlice<T>>,
-    /// Where the responses and the slices of each tile end.
-    ends: Vec<[usize; 2]>,
+    /// Where the responses of each tile end.
+    ends: Vec<usize>,
     /// The anchors of a node.
     anchors: Vec<Anchor<T>>,
+    /// The state of all anchors of nodes without joints.
+    anchor_state: [Vec<T>; 6],
     /// Joints that break, each once.
     broken: Vec<u32>,
     /// Which groups have been solved, and the correction of each of their joints.
@@ -114,7 +113,19 @@ impl<T: Real> Attachments<T> {
         let others = Csr::new(tiles.len(), others.into_iter());
         let tethers: Vec<(u32, T)> =
             all.tethers.iter().map(|one| (one.anchor, attach::radius(one.length))).collect();
-        let (slices, slices_of) = slices(all, &others, &tethers);
+        let tethered = |&number: &u32| -> Tethered<'_, T> {
+            // Tethers are sorted by node.
+            let of = match all.tethers_of.row(number as usize) {
+                [first, .., last] => &tethers[*first as usize..=*last as usize],
+                [only] => std::slice::from_ref(&tethers[*only as usize]),
+                [] => &[],
+            };
+            (all.nodes[number as usize], of)
+        };
+        let by_tile = tiles.iter().enumerate().map(|(tile, plan)| {
+            (plan.runs().map(|(_, run)| run).collect(), others.row(tile).iter().map(tethered).collect())
+        });
+        let alone = Tethers::new(by_tile);
         let number = |end: u32, other: u32| {
             let node = if end & IS_POINT == 0 { end } else { other };
             nodes.binary_search(&node).unwrap_or_default() as u32
@@ -135,8 +146,7 @@ impl<T: Real> Attachments<T> {
         };
         Some(Self {
             of_tile: Csr::new(tiles.len(), with_joints.into_iter()),
-            slices,
-            slices_of,
+            alone,
             joints: all.joints.iter().zip(&group_of).map(joint).collect(),
             materials: (all.materials.iter())
                 .map(|material| JointMaterial {
@@ -160,31 +170,38 @@ impl<T: Real> Attachments<T> {
     fn is_broken(&self, joint: usize) -> bool {
         self.broken[joint].load(Ordering::Relaxed)
     }
-}
 
-/// The nodes without joints of each tile by sixteen, and where those of each tile begin.
-fn slices<T: Real>(
-    all: &Constraints,
-    of_tile: &Csr,
-    tethers: &[(u32, T)],
-) -> (Vec<TetherSlice<T>>, Vec<usize>) {
-    let mut slices = Vec::new();
-    let mut starts = vec![0];
-    for tile in 0..of_tile.rows() {
-        for numbers in of_tile.row(tile).chunks(LANES) {
-            // Tethers are sorted by node.
-            let of = |number: u32| match all.tethers_of.row(number as usize) {
-                [first, .., last] => &tethers[*first as usize..=*last as usize],
-                [only] => std::slice::from_ref(&tethers[*only as usize]),
-                [] => &[],
+    /// Moves the nodes of a tile that have tethers and no joints. None of them is an anchor or has a joint, so nobody has read them.
+    fn hold_alone(&self, tile: &mut Tile<'_, T>, anchors: &[Vec<T>; 6]) {
+        let (nodes, h) = (tile.nodes, tile.substep.h);
+        let mut left = self.alone.of_tile(tile.index);
+        for (_, run) in tile.plan.runs() {
+            let (groups, others) = left.split_at(left.partition_point(|group| group.first < run.end));
+            left = others;
+            if groups.is_empty() {
+                continue;
+            }
+            let (mut after, mass) = (tile.after(&run), &nodes.inverse_mass[run.clone()]);
+            let anchors = anchors.each_ref().map(|column| &column[..]);
+            let (tethers, start, moved) = (&self.alone, run.start, tile.moved_nodes());
+            let hold_back = |state, inverse_mass| {
+                nodes.level.run(HoldBack { tethers, groups, start, state, inverse_mass, anchors, h, moved });
             };
-            let nodes: Vec<_> =
-                numbers.iter().map(|&number| (all.nodes[number as usize], of(number))).collect();
-            slices.push(TetherSlice::new(&nodes));
+            if run.len() >= LANES {
+                hold_back(after, mass);
+                continue;
+            }
+            let (mut few, mut few_masses) = ([[T::ZERO; LANES]; 6], [T::ZERO; LANES]);
+            few_masses[..run.len()].copy_from_slice(mass);
+            for (few, after) in few.iter_mut().zip(&after) {
+                few[..run.len()].copy_from_slice(after);
+            }
+            hold_back(few.each_mut().map(|column| &mut column[..]), &few_masses);
+            for (few, after) in few.iter().zip(&mut after) {
+                after.copy_from_slice(&few[..run.len()]);
+            }
         }
-        starts.push(slices.len());
     }
-    (slices, starts)
 }
 
 impl<T: Real> Feature<T> for Attachments<T> {
@@ -201,17 +218,17 @@ impl<T: Real> Feature<T> for Attachments<T> {
         attach.note_broken();
         let scratch = &attach.scratch;
         worker.mark_moved(|tile| {
-            let (responses, held_back) = scratch.of_tile(tile - worker.tiles.start);
-            !responses.is_empty() || !held_back.is_empty()
+            let has_tethers = !self.alone.of_tile(tile).is_empty();
+            has_tethers || !scratch.of_tile(tile - worker.tiles.start).is_empty()
         });
         Flow::Go
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         let scratch = self.scratch.read(tile.worker);
-        let (responses, held_back) = scratch.of_tile(tile.number);
+        let responses = scratch.of_tile(tile.number);
         tile.move_nodes(responses.iter().map(|&(node, state)| (node as usize, state)));
-        held_back.iter().for_each(|held| held.apply(&self.slices, tile));
+        self.hold_alone(tile, &scratch.anchor_state);
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
@@ -234,18 +251,15 @@ impl<T: Real> Feature<T> for Attachments<T> {
         let lists = [&self.joints_of, &self.tethers_of, &self.of_tile, &self.groups];
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
-        let slices: usize = self.slices.iter().map(TetherSlice::bytes).sum();
-        4 * (words + self.nodes.len()) + joints + slices + size_of_val(&self.points[..])
+        4 * (words + self.nodes.len()) + joints + self.alone.bytes() + size_of_val(&self.points[..])
     }
 }
 
 impl<T: Real> AttachScratch<T> {
-    /// Nodes of the worker's tile number `tile` that are moved: those with joints, with their position and velocity afterwards, and
-    /// slices of others.
-    pub fn of_tile(&self, tile: usize) -> (&[Response<T>], &[MovedSlice<T>]) {
-        let start = tile.checked_sub(1).map_or([0; 2], |before| self.ends[before]);
-        let end = self.ends[tile];
-        (&self.responses[start[0]..end[0]], &self.held_back[start[1]..end[1]])
+    /// Nodes with joints of the worker's tile number `tile` that are moved, with their position and velocity afterwards.
+    pub fn of_tile(&self, tile: usize) -> &[Response<T>] {
+        let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.responses[start..self.ends[tile]]
     }
 }
 
@@ -276,10 +290,13 @@ impl<T: Real> AttachWorker<'_, '_, T> {
     pub fn respond(&mut self) {
         // SAFETY: all have written their nodes before a barrier, and change them after another.
         let found = Found { state: self.worker.next().each_ref().map(|column| unsafe { column.read() }) };
-        let AttachScratch { responses, held_back, ends, broken, solved, corrections, sums, .. } =
+        let AttachScratch { responses, ends, anchor_state, broken, solved, corrections, sums, .. } =
             &mut *self.scratch;
+        for (anchors, column) in anchor_state.iter_mut().zip(found.state) {
+            anchors.clear();
+            anchors.extend(self.setup.alone.nodes.iter().map(|&node| column[node as usize]));
+        }
         responses.clear();
-        held_back.clear();
         ends.clear();
         broken.clear();
         solved.clear();
@@ -294,17 +311,8 @@ impl<T: Real> AttachWorker<'_, '_, T> {
                 for &number in self.setup.of_tile.row(tile) {
                     self.move_joined(number, &found);
                 }
-                let slices = self.setup.slices_of[tile]..self.setup.slices_of[tile + 1];
-                nodes.level.run(HoldBack {
-                    slices: &self.setup.slices[slices.clone()],
-                    first: slices.start,
-                    state: found.state,
-                    inverse_mass: &nodes.inverse_mass,
-                    h: self.worker.substep.h,
-                    found: &mut self.scratch.held_back,
-                });
             }
-            self.scratch.ends.push([self.scratch.responses.len(), self.scratch.held_back.len()]);
+            self.scratch.ends.push(self.scratch.responses.len());
         }
     }
 

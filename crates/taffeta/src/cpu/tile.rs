@@ -116,6 +116,20 @@ impl<'a, T: Real> Tile<'a, T> {
         self.moved = Moved::Some(moved);
     }
 
+    /// Where operations list nodes that they move, with the start of each one's motion [m]; if colliders act on them.
+    pub fn moved_nodes(&mut self) -> Option<&mut Vec<(usize, [T; 3])>> {
+        if !self.has_contact() {
+            return None;
+        }
+        if !matches!(self.moved, Moved::Some(_)) {
+            self.moved = Moved::Some(Vec::new());
+        }
+        match &mut self.moved {
+            Moved::Some(moved) => Some(moved),
+            _ => None,
+        }
+    }
+
     /// Adds a force [N] to that on the `at`-th of its nodes.
     #[inline]
     pub fn add_force(&mut self, at: usize, force: [T; 3]) {
