@@ -16,8 +16,8 @@ const STEP: f64 = 0.005;
 const FABRIC: &str = "cotton";
 /// Mass of a soft body [kg].
 const SOFT_MASS: f64 = 1.0;
-/// Stiffness of a soft body's springs times its largest extent [N]: thousands of times its weight, so that it lands on thin limbs
-/// without stretching them by a fifth.
+/// Stiffness of a soft body's springs times its largest extent [N]: thousands of times its weight, so that most shapes land without
+/// stretching by a fifth. A human who falls over stretches by a half.
 const SOFT_FORCE: f64 = 30_000.0;
 /// Damping of its springs by their stiffness [s].
 const SOFT_DAMPING: f64 = 1e-3;
