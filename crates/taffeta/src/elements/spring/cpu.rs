@@ -105,6 +105,7 @@ impl<T: Real> Springs<T> {
             BodyRows::Mesh { sets, has_rings } => {
                 // Those along rings are not watched.
                 let mut is_beyond = *has_rings;
+                let level = level_for_gathers(level);
                 for set in &sets[usize::from(*has_rings)..] {
                     is_beyond |= set.springs(level, plan.units.clone(), old, force, self.stretch_limit);
                 }

@@ -40,7 +40,7 @@ fn faster(level: SimdLevel) -> SimdLevel {
     for _ in 0..TURNS {
         for (level, least) in &mut least {
             let start = Instant::now();
-            springs.springs_at(*level, 0..NODES / LANES, old, &mut force, None);
+            springs.springs(*level, 0..NODES / LANES, old, &mut force, None);
             *least = start.elapsed().min(*least);
         }
     }
@@ -100,7 +100,7 @@ mod tests {
             let levels = [SimdLevel::Base, SimdLevel::Avx2, SimdLevel::Avx512];
             for level in levels.into_iter().filter(|&level| level <= SimdLevel::detect()) {
                 let mut force = std::array::from_fn(|_| Column::zeros(2 * LANES));
-                springs.springs_at(level, last.clone(), old, &mut force, None);
+                springs.springs(level, last.clone(), old, &mut force, None);
                 let found = |at: usize| [0, 1, 2].map(|axis| force[axis][at].to_f64().to_bits());
                 for (at, sum) in alone.iter().enumerate() {
                     assert_eq!(found(at), sum.map(|x| x.to_f64().to_bits()), "{level} {nodes} {at}");

@@ -3,7 +3,6 @@
 
 use crate::cpu::column::Column;
 use crate::cpu::simd::{Kernel, SimdLevel, prefetch};
-use crate::elements::spring::cpu_gathers::level_for_gathers;
 use crate::elements::spring::spring;
 use crate::real::{Real, dot};
 use crate::topology::{Gather, LANES};
@@ -43,18 +42,6 @@ impl<T: Real> GatheredSprings<T> {
     /// Adds to `force` [N] the springs of the nodes of `slices`; `old` is the state from the body's first node on. Returns
     /// whether one of them is longer than `limit` times its rest length, if that is asked.
     pub fn springs(
-        &self,
-        level: SimdLevel,
-        slices: std::ops::Range<usize>,
-        old: [&[T]; 6],
-        force: &mut [Column<T>; 3],
-        limit: Option<T>,
-    ) -> bool {
-        self.springs_at(level_for_gathers(level), slices, old, force, limit)
-    }
-
-    /// As [`Self::springs`], by the instructions of just this level.
-    pub fn springs_at(
         &self,
         level: SimdLevel,
         slices: std::ops::Range<usize>,

@@ -252,39 +252,6 @@ impl<T: Real> Kernel for ApplyBands<'_, T> {
     }
 }
 
-/// Kernel: a step of conjugate gradients on a band at a chunk of nodes.
-pub struct AdvanceBand<'a, T> {
-    pub alpha: T,
-    pub beta: T,
-    pub x: &'a mut [T],
-    pub r: &'a mut [T],
-    pub p: &'a mut [T],
-    pub s: &'a mut [T],
-    pub w: &'a [T],
-}
-
-impl<T: Real> Kernel for AdvanceBand<'_, T> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        let Self { alpha, beta, x, r, p, s, w } = self;
-        let count = w.len();
-        let (x, r, w) = (blocks_mut(x, count), blocks_mut(r, count), blocks(w, count));
-        let (p, s) = (blocks_mut(p, count), blocks_mut(s, count));
-        for i in 0..w.len() {
-            let mut new = [[T::ZERO; LANES]; 4];
-            for lane in 0..LANES {
-                let (p, s) = (r[i][lane] + beta * p[i][lane], w[i][lane] + beta * s[i][lane]);
-                new[0][lane] = p;
-                new[1][lane] = s;
-                new[2][lane] = x[i][lane] + alpha * p;
-                new[3][lane] = r[i][lane] - alpha * s;
-            }
-            (p[i], s[i], x[i], r[i]) = (new[0], new[1], new[2], new[3]);
-        }
-    }
-}
-
 /// Kernel: a vector plus a multiple of another.
 pub struct CombineBands<'a, T> {
     pub to: &'a mut [T],

@@ -9,9 +9,9 @@ use crate::cpu::simd::SimdLevel;
 use crate::real::Real;
 use crate::solvers::constraints::Constraints;
 use crate::solvers::dual::cpu::band_kernels::{
-    AdvanceBand, ApplyBands, Band, CombineBands, GatherBands, SetUpBand, total,
+    ApplyBands, Band, CombineBands, GatherBands, SetUpBand, total,
 };
-use crate::solvers::dual::cpu::kernels::{Multiply, Product};
+use crate::solvers::dual::cpu::kernels::{Advance, Multiply, Product};
 use crate::solvers::dual::distance::Softness;
 use crate::topology::LANES;
 use std::collections::BTreeSet;
@@ -326,7 +326,7 @@ impl<'w, T: Real> BandChunk<'w, T> {
         let bands = self.bands.bands.iter().zip(w.chunks_exact(count));
         for (((band, w), x), (p, s)) in bands.zip(xs).zip(ps.zip(ss)) {
             let (_, r) = self.columns_of(band);
-            self.level.run(AdvanceBand { alpha, beta, x, r, p, s, w });
+            self.level.run(Advance { alpha, beta, x, r, p, s, w });
         }
     }
 
