@@ -43,6 +43,8 @@ pub enum Stage {
     Pins,
     /// Colliders.
     Contact,
+    /// Springs that are constraints on positions, and colliders again.
+    Positions,
     /// Seams, pins that break and tethers, and colliders again.
     Attach,
     /// Nodes that touch each other, and colliders again.
@@ -57,7 +59,7 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
@@ -66,6 +68,7 @@ impl Stage {
         Self::Integrate,
         Self::Pins,
         Self::Contact,
+        Self::Positions,
         Self::Attach,
         Self::Pairs,
         Self::Project,
@@ -84,6 +87,7 @@ impl Stage {
             Self::Integrate => "integrate",
             Self::Pins => "pins",
             Self::Contact => "contact",
+            Self::Positions => "positions",
             Self::Attach => "attach",
             Self::Pairs => "pairs",
             Self::Project => "project",
@@ -128,6 +132,10 @@ pub enum Op {
     Pins,
     /// Keeps nodes out of colliders.
     Contact,
+    /// Moves nodes so that springs, which are constraints on positions, have their lengths.
+    PositionConstraints,
+    /// Has velocities follow.
+    ApplyPositions,
     /// Finds what seams, pins that break and tethers do to nodes.
     Attachments,
     /// Does it.
@@ -171,6 +179,7 @@ impl Op {
             Self::HeldForces | Self::Integrate => Stage::Integrate,
             Self::Pins => Stage::Pins,
             Self::Contact => Stage::Contact,
+            Self::PositionConstraints | Self::ApplyPositions => Stage::Positions,
             Self::Attachments | Self::ApplyAttachments => Stage::Attach,
             Self::SelfContact | Self::ApplySelfContact => Stage::Pairs,
             Self::SurfaceContacts | Self::SurfaceImpulses | Self::ApplySurfaceImpulses => Stage::Pairs,
@@ -188,7 +197,7 @@ pub struct Marks(pub u8);
 impl Marks {
     /// Nothing.
     pub const NONE: Self = Self(0);
-    /// Its springs are solved for, and give no force of their own.
+    /// Its springs are solved for, or are constraints on positions, and give no force of their own.
     pub const IMPLICIT: Self = Self(1);
     /// It waits for forces that are solved for, in this sub-step.
     pub const SOLVED: Self = Self(2);
@@ -274,6 +283,8 @@ pub struct Parts {
     pub elements: bool,
     /// Springs that are solved for, always or where they are too long.
     pub solved: bool,
+    /// Springs that are constraints on positions.
+    pub positions: bool,
     /// Bodies that keep their volume.
     pub volumes: bool,
     /// Volumes that are restored by moving nodes.
@@ -292,13 +303,18 @@ impl Parts {
     /// Whether a node's motion depends on its neighbours and colliders alone.
     #[cfg(feature = "gpu")]
     pub const fn are_local(&self) -> bool {
-        !(self.solved || self.volumes || self.attachments || self.self_contact || self.surface_contact)
+        !(self.solved
+            || self.positions
+            || self.volumes
+            || self.attachments
+            || self.self_contact
+            || self.surface_contact)
     }
 
     /// Every combination of them.
     #[cfg(test)]
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..256).map(|bits: u32| {
+        (0..512).map(|bits: u32| {
             let has = |bit: u32| bits >> bit & 1 == 1;
             Self {
                 elements: has(0),
@@ -309,6 +325,7 @@ impl Parts {
                 self_contact: has(5),
                 held: has(6),
                 surface_contact: has(7),
+                positions: has(8),
             }
         })
     }
@@ -335,8 +352,17 @@ const fn scene(op: Op, of: Marks, sync: bool) -> Pass {
 
 /// The passes of a sub-step.
 pub fn substep(parts: &Parts) -> Vec<Line> {
-    let Parts { elements, solved, volumes, restored, attachments, self_contact, surface_contact, held } =
-        *parts;
+    let Parts {
+        elements,
+        solved,
+        positions,
+        volumes,
+        restored,
+        attachments,
+        self_contact,
+        surface_contact,
+        held,
+    } = *parts;
     let (none, implicit, waits, volume) = (Marks::NONE, Marks::IMPLICIT, Marks::SOLVED, Marks::VOLUME);
     let mut list = List::default();
 
@@ -348,6 +374,8 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
 
     // Springs that are solved for need all other forces: their tiles wait.
     list.add_if(solved, tiles(Op::Predict, waits, none));
+    // Where springs give no force and nothing is solved for, the gradient is found alone.
+    list.add_if(positions && volumes, tiles(Op::Gradients, volume.and(implicit), waits));
     // A multiplier needs the forces on all nodes of its body: these tiles wait, too.
     list.add_if(volumes, tiles(Op::VolumeSums, volume, waits));
     list.move_nodes(held, none, waits.and(volume));
@@ -365,6 +393,11 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
     }
 
     // What moves nodes once more has colliders act on them again.
+    if positions {
+        list.add(scene(Op::PositionConstraints, implicit, true));
+        list.add(Pass { sync: true, ..tiles(Op::ApplyPositions, Marks::MOVED, none) });
+        list.add(tiles(Op::Contact, Marks::MOVED, none));
+    }
     if attachments {
         list.add(scene(Op::Attachments, none, true));
         list.add(tiles(Op::ApplyAttachments, Marks::MOVED, none));
@@ -448,12 +481,16 @@ mod tests {
 
     /// Every class of tiles that a scene with these parts may have; where nodes are moved, some of them are.
     fn classes(parts: &Parts) -> impl Iterator<Item = Marks> + use<> {
-        let solved = [NONE, Marks::SOLVED, Marks::SOLVED.and(Marks::IMPLICIT)];
-        let [solvers, volumes] =
-            [(parts.solved, 3), (parts.volumes, 2)].map(|(is, all)| if is { all } else { 1 });
-        let volumes = &[NONE, Marks::VOLUME][..volumes];
+        let mut solved = vec![NONE];
+        if parts.solved {
+            solved.extend([Marks::SOLVED, Marks::SOLVED.and(Marks::IMPLICIT)]);
+        }
+        if parts.positions {
+            solved.push(Marks::IMPLICIT);
+        }
+        let volumes = &[NONE, Marks::VOLUME][..if parts.volumes { 2 } else { 1 }];
         let with = |one: Marks| volumes.iter().map(move |&volume| one.and(volume).and(Marks::MOVED));
-        solved[..solvers].iter().flat_map(|&one| with(one)).collect::<Vec<_>>().into_iter()
+        solved.into_iter().flat_map(with).collect::<Vec<_>>().into_iter()
     }
 
     /// The operations on tiles of a class, one round of those that come in rounds.
@@ -517,6 +554,7 @@ mod tests {
     fn colliders_act_after_all_that_moves_nodes() {
         let moves = [
             Op::Integrate,
+            Op::ApplyPositions,
             Op::ApplyAttachments,
             Op::ApplySelfContact,
             Op::ApplySurfaceImpulses,
@@ -540,6 +578,8 @@ mod tests {
                 let wanted = match pass.op {
                     // They read forces, or the state after, of nodes anywhere.
                     Op::Solve | Op::Multipliers | Op::Attachments | Op::MeasureVolumes => true,
+                    // Nodes anywhere were moved.
+                    Op::PositionConstraints | Op::ApplyPositions => true,
                     Op::SurfaceContacts | Op::SurfaceImpulses | Op::SurfaceFilter => true,
                     // What elements have found on other workers.
                     Op::Loads => parts.elements,
@@ -558,6 +598,7 @@ mod tests {
             let Parts {
                 elements,
                 solved,
+                positions,
                 volumes,
                 restored,
                 attachments,
@@ -570,7 +611,8 @@ mod tests {
                 (Op::Solve, solved),
                 (Op::Rings, volumes),
                 (Op::Multipliers, volumes),
-                (Op::Gradients, solved && volumes),
+                (Op::Gradients, (solved || positions) && volumes),
+                (Op::ApplyPositions, positions),
                 (Op::ApplyAttachments, attachments),
                 (Op::ApplySelfContact, self_contact),
                 (Op::ApplySurfaceImpulses, surface_contact),

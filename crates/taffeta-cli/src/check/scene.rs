@@ -224,6 +224,10 @@ impl Report {
                  order in the step",
             ),
             Method::Ice => (" (other elements and drag: springs are implicit)", "springs are implicit"),
+            Method::Xpbd => (
+                " (other elements and drag: springs are constraints on positions)",
+                "springs are constraints on positions, which hold at any step; shorter steps and more sweeps make them stiffer",
+            ),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
             _ => ("", "no spring pulls on a free node"),
         };

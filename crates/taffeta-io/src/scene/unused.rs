@@ -8,12 +8,21 @@ pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
     if let Some(solver) = table(root, "solver") {
         let method = solver.iter().find(|entry| entry.key == "method").map(|entry| &entry.node.value);
         let unused: &[&str] = match method {
-            None => &["ice", "acad"],
-            Some(Value::Text(name)) if name == "springs" => &["ice", "acad"],
-            Some(Value::Text(name)) if name == "ice" => &["acad"],
-            _ => &[],
+            None => &["ice", "acad", "xpbd"],
+            Some(Value::Text(name)) => match name.as_str() {
+                "springs" => &["ice", "acad", "xpbd"],
+                "ice" => &["acad", "xpbd"],
+                // Of "ice" it has tolerance and iterations.
+                "acad" => &["xpbd"],
+                "xpbd" => &["ice", "acad"],
+                _ => &[],
+            },
+            Some(_) => &[],
         };
-        let method = if unused.len() == 1 { "ice" } else { "springs" };
+        let method = match method {
+            Some(Value::Text(name)) => name.clone(),
+            _ => "springs".to_owned(),
+        };
         solver.retain(|entry| {
             let unused = unused.contains(&entry.key.as_str());
             if unused {

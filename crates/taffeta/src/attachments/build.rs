@@ -273,7 +273,7 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
 impl BodyAssembly {
     /// Straight pieces of the surface at rest, by solver index within the body: edges, and lines across an edge,
     /// unfolded.
-    fn surface_pieces(&self) -> Vec<tethers::Edge> {
+    pub(crate) fn surface_pieces(&self) -> Vec<tethers::Edge> {
         match (self.grid_layout, &self.surface, &self.edges) {
             (Some(layout), ..) => self.grid_pieces(layout),
             (None, Some(surface), Some(edges)) => {

@@ -49,7 +49,7 @@ impl StepLimit {
         let (primal, step) = (assembly.solver.is_primal(), assembly.time.longest_step());
         let explicit = match method {
             Method::Ice if primal => Explicit::Rest,
-            Method::Ice => Explicit::Elements,
+            Method::Ice | Method::Xpbd => Explicit::Elements,
             Method::Springs | Method::Acad => Explicit::Springs,
         };
         let measured = |enough| stability::largest_steps(assembly, explicit, enough);
@@ -71,7 +71,7 @@ impl StepLimit {
             elements: limiting.map(|list| list.kind.name).collect(),
             primal,
             holds_by_nodes: !primal && (largest.folded >= step || by_nodes()),
-            max_tension: if primal || method == Method::Springs {
+            max_tension: if primal || matches!(method, Method::Springs | Method::Xpbd) {
                 None
             } else {
                 max_tension(assembly, compliant)
@@ -90,7 +90,7 @@ impl StepLimit {
         let springs = "folded or slack springs".to_owned();
         let (which, then, loose) = match self.method {
             Method::Springs => (String::new(), "this run will blow up", springs),
-            Method::Ice => {
+            Method::Ice | Method::Xpbd => {
                 (format!(" of {}", self.explicit_parts()), "this run will blow up", self.folded_elements())
             }
             Method::Acad => (
@@ -181,8 +181,8 @@ impl StepLimit {
         let heavier = 1.0 / softer;
         let stiff = "stiffness and damping";
         let what = match self.method {
-            Method::Ice if self.elements.is_empty() => "drag",
-            Method::Ice => &format!("drag and {stiff} of {}", self.names_of_elements()),
+            Method::Ice | Method::Xpbd if self.elements.is_empty() => "drag",
+            Method::Ice | Method::Xpbd => &format!("drag and {stiff} of {}", self.names_of_elements()),
             Method::Springs | Method::Acad => stiff,
         };
         let other = format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}");
@@ -223,7 +223,7 @@ impl StepLimit {
                 "too long even at rest".to_owned()
             } else if step > folded {
                 let loose = match self.method {
-                    Method::Ice => self.folded_elements(),
+                    Method::Ice | Method::Xpbd => self.folded_elements(),
                     Method::Springs | Method::Acad => "folded or slack springs".to_owned(),
                 };
                 format!("too long for {loose}")
@@ -239,6 +239,11 @@ impl StepLimit {
         } else if self.primal {
             "Springs solved for by nodes hold in any step, so look at forces, wind, pins and colliders (one that moves far in a \
              step tears what it holds)"
+                .to_owned()
+                .into()
+        } else if self.method == Method::Xpbd {
+            "Springs that are constraints on positions hold in any step, so look at forces, wind, pins and colliders (one that moves far in \
+             a step tears what it holds)"
                 .to_owned()
                 .into()
         } else if self.method == Method::Ice {

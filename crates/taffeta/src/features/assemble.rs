@@ -6,10 +6,11 @@ use crate::attachments::constraints::{IS_POINT, Point};
 use crate::elements::KINDS;
 use crate::elements::element::List;
 use crate::elements::load::build as loads;
-use crate::scene::{Air, Body, Scene, SceneError};
+use crate::scene::{Air, Body, Method, Scene, SceneError};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::sewn::sews_levels;
+use crate::solvers::xpbd;
 use crate::volume::constraint::VolumeConstraint;
 use std::collections::BTreeSet;
 
@@ -42,6 +43,10 @@ impl Assembly {
             let joined =
                 sews_levels(&scene.seams, is_solved) || scene.bodies.iter().any(Body::has_surface_contact);
             assembly.extensions.insert(Level::all(&assembly.bodies, &constraints, &elements, joined));
+        }
+        if assembly.solver.method == Method::Xpbd {
+            let positions = xpbd::levels::Constraints::new(&assembly.bodies, &assembly.solver.xpbd);
+            assembly.extensions.insert(positions);
         }
         assembly.extensions.insert(constraints);
         assembly.attach(scene)?;

@@ -23,6 +23,7 @@ pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, Re
     if let Some(other) = &options.particles {
         other.check(gpu, options.from, &assembly)?;
     }
+    refusals::refuse_positions(&assembly)?;
     refusals::refuse_late(options.from, &assembly)?;
     refusals::refuse_loops(gpu, &assembly)?;
     let (meshes, data) = ColliderMeshes::new(&assembly);

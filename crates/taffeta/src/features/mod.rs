@@ -20,7 +20,7 @@ use crate::elements::{self, aero, load, membrane, spring};
 use crate::motion;
 use crate::plan::Substep;
 use crate::real::Real;
-use crate::solvers::{dual, explicit, implicit};
+use crate::solvers::{dual, explicit, implicit, xpbd};
 use crate::step::Parts;
 use crate::volume;
 #[cfg(feature = "gpu")]
@@ -43,6 +43,7 @@ pub fn parts(assembly: &Assembly) -> Parts {
     Parts {
         elements: assembly.elements().iter().any(|list| !list.is_empty() && !list.implicit),
         solved: (0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body)),
+        positions: assembly.position_constraints().iter().any(Option::is_some),
         volumes: assembly.volumes().next().is_some(),
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
         attachments: !assembly.attachments().is_empty(),
@@ -89,6 +90,7 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
         volume::cpu::Volumes::new(context).and_then(boxed),
         implicit::cpu::Implicit::new(context).and_then(boxed),
         dual::cpu::Dual::new(context).and_then(boxed),
+        xpbd::cpu::PositionConstraints::new(context).and_then(boxed),
         attachments::cpu::Attachments::new(context).and_then(boxed),
         nodes::cpu::NodeContact::new(context).and_then(boxed),
         triangles::cpu::TriangleContact::new(context).and_then(boxed),
@@ -150,6 +152,7 @@ impl Tables {
         Parts {
             elements: self.elements.any_explicit(),
             solved: !self.constraints.is_empty() || !self.multigrid.is_empty(),
+            positions: false,
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),

@@ -43,6 +43,15 @@ fn meshes(assembly: &Assembly) -> impl Iterator<Item = &MeshShape> {
     assembly.colliders().iter().filter_map(|collider| collider.mesh()).map(Arc::as_ref)
 }
 
+/// Refuses springs that are constraints on positions.
+pub fn refuse_positions(assembly: &Assembly) -> Result<(), Refusal> {
+    if assembly.position_constraints().iter().all(Option::is_none) {
+        return Ok(());
+    }
+    let message = "solver.method is \"xpbd\", which does not run on a GPU yet; the CPU would do";
+    Err(Refusal::new(message, [Advice::Cpu]))
+}
+
 /// Refuses meshes of colliders that are more than a kernel can see.
 pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
     let limit = gpu.largest_binding();

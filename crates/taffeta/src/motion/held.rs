@@ -6,7 +6,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::motion::keyframes::Track;
 use crate::real::{add, scale, sub};
 use crate::report::PinReaction;
-use crate::scene::Time;
+use crate::scene::{Method, Time};
 use std::collections::BTreeMap;
 
 /// A node that a pin holds.
@@ -70,9 +70,11 @@ pub fn hold(by: &mut Holders, local: usize, pin: usize, moves: bool) {
 }
 
 impl Assembly {
-    /// Nodes that pins hold.
+    /// Nodes that pins hold, of which reactions are made: none where springs are constraints on positions, whose forces are not
+    /// known.
     pub fn held(&self) -> &[HeldNode] {
-        self.extensions.get::<Held>().map_or(&[], |held| &held.nodes)
+        let known = self.solver.method != Method::Xpbd;
+        self.extensions.get::<Held>().filter(|_| known).map_or(&[], |held| &held.nodes)
     }
 
     pub(crate) fn held_mut(&mut self) -> &mut Held {

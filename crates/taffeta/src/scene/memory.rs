@@ -46,6 +46,9 @@ const CONSTRAINT: u64 = 215;
 const NODE_OF_LEVELS: u64 = 560;
 const SPRING_OF_LEVELS: u64 = 140;
 const SECOND_ORDER_NODE: u64 = 80;
+const POSITIONS_GRID_NODE: u64 = 60;
+const POSITIONS_NODE: u64 = 250;
+const POSITIONS_SPRING: u64 = 120;
 const MOVING_PIN: u64 = 40;
 const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
@@ -148,6 +151,12 @@ impl Scene {
         let more = if self.solver.is_second_order() { SECOND_ORDER_NODE } else { 0 };
         let bytes = match self.solver.method {
             Method::Springs => 0,
+            Method::Xpbd if matches!(self.bodies[index].mesh, Mesh::Grid(_)) => {
+                nodes.saturating_mul(POSITIONS_GRID_NODE)
+            }
+            Method::Xpbd => {
+                nodes.saturating_mul(POSITIONS_NODE).saturating_add(springs.saturating_mul(POSITIONS_SPRING))
+            }
             _ if by_nodes => nodes
                 .saturating_mul(NODE_OF_LEVELS + more)
                 .saturating_add(springs.saturating_mul(SPRING_OF_LEVELS))

@@ -43,7 +43,7 @@ pub use presets::{PRESETS, Preset};
 pub use self_collision::*;
 pub use sheet::{Disc, Pattern, Sheet};
 pub use sleep::Sleep;
-pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
+pub use solver::{Acad, ConstraintForm, Ice, Method, Solver, Xpbd};
 pub use surface::{Polygons, Surface, Uvs};
 pub(crate) use validate::{LARGEST_LENGTH, Path, Side, check_motion, check_rotation, check_shape, plain};
 pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};

@@ -22,6 +22,8 @@ pub struct Solver {
     pub ice: Ice,
     /// Of the method "acad".
     pub acad: Acad,
+    /// Of the method "xpbd".
+    pub xpbd: Xpbd,
 }
 
 impl Solver {
@@ -56,6 +58,9 @@ pub enum Method {
     /// Adaptive constraint activation and deactivation: explicit springs, of which those that are too long become
     /// constraints.
     Acad,
+    /// Springs as constraints on positions, solved one after the other over several levels: cloth that hardly stretches, in a few
+    /// sub-steps a frame.
+    Xpbd,
 }
 
 impl Method {
@@ -65,6 +70,7 @@ impl Method {
             Self::Springs => "springs",
             Self::Ice => "ice",
             Self::Acad => "acad",
+            Self::Xpbd => "xpbd",
         }
     }
 }
@@ -141,6 +147,35 @@ pub struct Acad {
 impl Default for Acad {
     fn default() -> Self {
         Self { threshold: 0.1, release: 0.0, target: 0.0, epsilon: 0.3, form: ConstraintForm::Compliant }
+    }
+}
+
+/// Springs as constraints on positions.
+///
+/// ```
+/// use taffeta::scene::{Method, Scene, Xpbd};
+///
+/// // Four sub-steps a frame, for a game.
+/// let mut scene = Scene::new("cape").time(1.0 / 60.0, 1.0 / 240.0).method(Method::Xpbd);
+/// scene.solver.xpbd = Xpbd { sweeps: 1, ..Xpbd::default() };
+/// assert_eq!(scene.solver.xpbd.levels, None);
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Xpbd {
+    /// Times that all springs act in a sub-step.
+    pub sweeps: u32,
+    /// Coarser levels, on which nodes some edges apart may not be farther apart than the cloth between them is long. Omitted: as many
+    /// as there are. 0: none; then springs alone say how far cloth stretches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub levels: Option<u32>,
+    /// How much longer than at rest those levels let cloth be: 0.05 is 5 %.
+    pub stretch_limit: f64,
+}
+
+impl Default for Xpbd {
+    fn default() -> Self {
+        Self { sweeps: 2, levels: None, stretch_limit: 0.0 }
     }
 }
 

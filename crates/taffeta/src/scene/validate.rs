@@ -26,6 +26,9 @@ use std::collections::HashMap;
 /// Newton steps beyond which nothing is gained.
 const MOST_NEWTON_STEPS: u32 = 100;
 
+/// Most sweeps over springs that are constraints on positions, in a sub-step.
+const MOST_SWEEPS: u32 = 1000;
+
 /// Most sub-steps of a frame.
 const MOST_SUBSTEPS: f64 = 1e6;
 /// Largest number in a matrix that deforms.
@@ -129,6 +132,7 @@ impl Scene {
             )
         })?;
         self.check_order()?;
+        self.check_xpbd()?;
         let path = Path::of("solver.acad");
         path.key("threshold").positive(acad.threshold, "")?;
         for (key, share) in [("release", acad.release), ("target", acad.target)] {
@@ -141,6 +145,20 @@ impl Scene {
             "is \"primal\", a form of the method \"ice\" alone; \"compliant\" would do".to_owned()
         })?;
         path.key("epsilon").not_negative(acad.epsilon, "")
+    }
+
+    fn check_xpbd(&self) -> Checked {
+        let (path, xpbd) = (Path::of("solver.xpbd"), &self.solver.xpbd);
+        path.key("sweeps").demand((1..=MOST_SWEEPS).contains(&xpbd.sweeps), || {
+            format!("is {}, 1 to {MOST_SWEEPS} would do", xpbd.sweeps)
+        })?;
+        path.key("stretch_limit").not_negative(xpbd.stretch_limit, "")?;
+        path.key("stretch_limit").demand(xpbd.stretch_limit <= 1.0, || {
+            format!(
+                "is {}, twice the length and more; up to 1 would do, or levels = 0 for no limit",
+                xpbd.stretch_limit
+            )
+        })
     }
 
     /// Second order in time is of the primal form, and of bodies that do not keep their volume: that is of first order.

@@ -46,7 +46,7 @@ impl Constraints {
     /// Those of some bodies whose method needs them, else none.
     pub(crate) fn new(bodies: &[BodyAssembly], method: Method) -> Self {
         let mut all = Self::default();
-        if method == Method::Springs {
+        if matches!(method, Method::Springs | Method::Xpbd) {
             return all;
         }
         for body in bodies {

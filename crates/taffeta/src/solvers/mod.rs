@@ -7,3 +7,4 @@ pub mod implicit;
 #[cfg(feature = "gpu")]
 pub mod iterations;
 pub mod waiting;
+pub mod xpbd;

@@ -60,8 +60,19 @@ fn hash(scene: &Scene, precision: Precision, threads: usize) -> (u64, String) {
     (simulation.state_hash(), simulation.device())
 }
 
-fn scenes() -> [Scene; 3] {
-    [wide(), twisted(), contact()]
+/// The same cloth, a sheet and a ball that all workers share, with springs as constraints on positions.
+fn by_positions() -> Scene {
+    let mut scene = contact().method(Method::Xpbd);
+    scene.title = "positions".into();
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 5 });
+    let large = cloth("large", Mesh::grid(70, 75, [1.5, 1.5])).shear(50.0, 0.02).pin(Select::nodes([3, 80]));
+    scene
+        .body(large.at([0.0, 2.0, 0.0]))
+        .body(cloth("ball", ball).at([0.0, 4.0, 0.0]).pin(Select::nodes([7])))
+}
+
+fn scenes() -> [Scene; 4] {
+    [wide(), twisted(), contact(), by_positions()]
 }
 
 /// Scenes with whatever threads share.
@@ -166,7 +177,7 @@ fn hashes_with(level: &str) -> (BTreeMap<String, String>, Vec<String>) {
 #[test]
 fn any_vector_instructions_give_the_same_bits() {
     let (plain, devices) = hashes_with("sse2");
-    assert_eq!(plain.len(), 6, "{plain:?}");
+    assert_eq!(plain.len(), 8, "{plain:?}");
     if cfg!(target_arch = "x86_64") {
         assert!(devices.iter().all(|device| device.ends_with("sse2")), "{devices:?}");
     }

@@ -45,3 +45,4 @@ mod surfaces_refined;
 mod surfaces_sewn;
 mod tangled;
 mod volume;
+mod xpbd;

@@ -25,6 +25,6 @@ fn accurate() -> Ice {
 
 /// The same scene with springs that become constraints.
 fn with_acad(mut scene: Scene, acad: Acad, ice: Ice) -> Scene {
-    scene.solver = Solver { method: Method::Acad, ice, acad };
+    scene.solver = Solver { method: Method::Acad, ice, acad, ..Solver::default() };
     scene
 }

@@ -5,7 +5,7 @@ use bevy_egui::egui::{RichText, Ui};
 use bevy_taffeta::SoftMaterial;
 use bevy_taffeta::taffeta::scene::{
     Acad, Air, Collider, ConstraintForm, Fabric, Gust, Hinge, Ice, Internal, Mass, Material, Method, PRESETS,
-    SelfCollision, Solver, Spring, Tethers, Time, Volume, VolumeForm, VolumeWeights, World,
+    SelfCollision, Solver, Spring, Tethers, Time, Volume, VolumeForm, VolumeWeights, World, Xpbd,
 };
 
 use Value::{Even, Flag, Log, Seed, Three, Whole};
@@ -46,6 +46,10 @@ const ACAD: [Field<Acad>; 4] = [
     Field::new("release", "", Log(1e-4, 2.0, |acad| &mut acad.release)),
     Field::new("target", "", Log(1e-4, 2.0, |acad| &mut acad.target)),
     Field::new("epsilon", "", Log(1e-4, 10.0, |acad| &mut acad.epsilon)),
+];
+const XPBD: [Field<Xpbd>; 2] = [
+    Field::new("sweeps", "", Whole(100, |xpbd| &mut xpbd.sweeps)),
+    Field::new("stretch_limit", "", Even(0.0, 1.0, |xpbd| &mut xpbd.stretch_limit)),
 ];
 
 const SPRING: [Field<Spring>; 2] = [
@@ -96,8 +100,8 @@ const COLLIDER: [Field<Collider>; 3] = [
     Field::new("offset", "m", Log(1e-4, 1.0, |collider| &mut collider.offset)),
 ];
 
-const METHODS: [(Method, &str); 3] =
-    [(Method::Springs, "springs"), (Method::Ice, "ice"), (Method::Acad, "acad")];
+const METHODS: [(Method, &str); 4] =
+    [(Method::Springs, "springs"), (Method::Ice, "ice"), (Method::Acad, "acad"), (Method::Xpbd, "xpbd")];
 const ORDERS: [(u32, &str); 2] = [(1, "first"), (2, "second")];
 const FORMS: [(ConstraintForm, &str); 2] =
     [(ConstraintForm::Compliant, "compliant"), (ConstraintForm::Primal, "primal")];
@@ -134,6 +138,7 @@ pub fn solver(ui: &mut Ui, solver: &mut Solver) -> bool {
             ui.weak("of [solver.ice]:");
             changed |= fields(ui, &ICE[..2], &mut solver.ice) | fields(ui, &ICE[3..4], &mut solver.ice);
         }
+        Method::Xpbd => changed |= fields(ui, &XPBD, &mut solver.xpbd),
         _ => {}
     }
     changed

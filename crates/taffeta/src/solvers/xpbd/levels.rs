@@ -1,0 +1,193 @@
+//! What the springs of a body become: constraints by colour, and coarser levels of limits.
+//!
+//! On each level nodes are some of those of the finer one, and the others follow them by weights. A limit is between two nodes of a level
+//! (Matthias Müller, "Hierarchical Position Based Dynamics", VRIPHYS 2008). The place of a node of a level is the mean of those that follow
+//! it, each by its mass and weight, and its mass is theirs: as that is the transpose of how they follow it, a limit changes no momentum, and
+//! does the same work on the level as on the nodes. With the place of one node in its stead, the trembling of that would throw all that
+//! follow it. A limit lets its ends be as far apart as their places are at rest, or as much farther as the cloth between them is
+//! longer than the straight line.
+
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::springs::{SpringKind, SpringList};
+use crate::scene::Xpbd;
+use crate::solvers::implicit::coarsening::Weighted;
+use crate::solvers::xpbd::colours::colours;
+use crate::solvers::xpbd::grid::{self, GridLevels};
+use crate::solvers::xpbd::mesh;
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Most levels of limits.
+pub const MOST_LEVELS: usize = 16;
+
+/// Most sweeps over the limits of a level.
+const MOST_SWEEPS: usize = 8;
+
+/// Times that the limits of a level, from 1 for the finest of limits, act in a sub-step: twice as often as those of the level below it, as
+/// they are a fourth as many.
+pub fn sweeps(level: usize) -> usize {
+    MOST_SWEEPS.min(1 << (level - 1).min(MOST_SWEEPS))
+}
+
+/// The springs of a body and its levels of limits.
+pub enum BodyConstraints {
+    /// Of a grid, whose springs follow from rows and columns.
+    Grid { springs: GridDirections, levels: GridLevels },
+    /// By lists.
+    Mesh(Lists),
+}
+
+/// Constraints as lists.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lists {
+    /// Springs, between nodes of the body.
+    pub springs: Coloured,
+    /// Places of the nodes at rest [m], that of a grid laid flat.
+    pub places: Vec<[f64; 3]>,
+    /// Stiffness [N/m] and damping [kg/s] of each material.
+    pub materials: Vec<[f64; 2]>,
+    /// From the finest to the coarsest.
+    pub levels: Vec<Level>,
+}
+
+/// A level of limits.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Level {
+    /// Which node of the finer level each node is.
+    pub own: Vec<u32>,
+    /// For each node of the finer level the nodes that it follows, by weights whose sum is 1.
+    pub parents: Weighted,
+    /// Its limits; of no material.
+    pub limits: Coloured,
+}
+
+/// Constraints, those of one colour after those of another. No two of a colour share a node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Coloured {
+    /// Nodes at the ends.
+    pub ends: Vec<[u32; 2]>,
+    /// Squared length at rest [m²], of limits relative to that of the vector between the places of their ends.
+    pub rest: Vec<f64>,
+    /// Which material.
+    pub material: Vec<u32>,
+    /// Those of each colour.
+    pub colours: Vec<Range<usize>>,
+}
+
+/// The constraints of all bodies; none of one without springs. None at all with another method.
+#[derive(Default)]
+pub struct Constraints(pub Vec<Option<BodyConstraints>>);
+
+impl Constraints {
+    /// Of some bodies.
+    pub fn new(bodies: &[BodyAssembly], wish: &Xpbd) -> Self {
+        Self(bodies.iter().map(|body| BodyConstraints::new(body, wish)).collect())
+    }
+}
+
+impl Assembly {
+    /// Springs that are constraints on positions, by body.
+    pub fn position_constraints(&self) -> &[Option<BodyConstraints>] {
+        self.extensions.get::<Constraints>().map_or(&[], |all| &all.0)
+    }
+
+    /// The same, for a backend to keep.
+    pub(crate) fn take_position_constraints(&mut self) -> Vec<Option<BodyConstraints>> {
+        match self.extensions.get::<Constraints>() {
+            Some(_) => std::mem::take(&mut self.extensions.get_mut::<Constraints>().0),
+            None => Vec::new(),
+        }
+    }
+}
+
+impl BodyConstraints {
+    fn new(body: &BodyAssembly, wish: &Xpbd) -> Option<Self> {
+        let most = wish.levels.map_or(MOST_LEVELS, |levels| levels as usize).min(MOST_LEVELS);
+        let slack = 1.0 + wish.stretch_limit;
+        match (&body.springs, body.grid_layout) {
+            (BodySprings::Grid(along), Some(layout)) => {
+                let acts = along.iter().flatten().any(|&[k, d, _]| k > 0.0 || d > 0.0);
+                acts.then(|| Self::Grid {
+                    springs: *along,
+                    levels: GridLevels::new(layout, along, (most, slack)),
+                })
+            }
+            (BodySprings::Mesh(_), _) => Self::of_mesh(body, (most, slack)),
+            (BodySprings::Grid(_), None) => None,
+        }
+    }
+
+    fn of_mesh(body: &BodyAssembly, limits: (usize, f64)) -> Option<Self> {
+        let BodySprings::Mesh(lists) = &body.springs else { return None };
+        let mut all = Lists::default();
+        let mut springs: Vec<([u32; 2], f64, u32)> = Vec::new();
+        for list in lists.iter().filter(|list| list.k > 0.0 || list.d > 0.0) {
+            let material = all.materials.len() as u32;
+            all.materials.push([list.k, list.d]);
+            springs.extend(
+                list.pairs
+                    .iter()
+                    .zip(&list.rest)
+                    .map(|(&[a, b], &rest)| ([a.min(b), a.max(b)], rest, material)),
+            );
+        }
+        // Those along edges first, by node: neighbours are near in memory.
+        springs.sort_by_key(|&(ends, _, material)| (material, ends));
+        all.springs = Coloured::new(body.nodes, springs.into_iter());
+        let resists = |list: &SpringList| list.kind == SpringKind::Structural && list.k > 0.0;
+        if lists.iter().any(resists) {
+            all.levels = mesh::levels(body, limits);
+            all.places = body.start.clone();
+        }
+        (!all.springs.ends.is_empty()).then_some(Self::Mesh(all))
+    }
+
+    /// The same as lists, in the order in which they act.
+    pub fn lists(&self) -> Cow<'_, Lists> {
+        match self {
+            Self::Mesh(lists) => Cow::Borrowed(lists),
+            Self::Grid { springs, levels } => Cow::Owned(grid::lists(springs, levels)),
+        }
+    }
+}
+
+impl Coloured {
+    /// Colours constraints, each with its ends, its length at rest [m] and its material.
+    pub fn new(nodes: usize, all: impl Iterator<Item = ([u32; 2], f64, u32)>) -> Self {
+        let all: Vec<_> = all.collect();
+        let pairs: Vec<[u32; 2]> = all.iter().map(|one| one.0).collect();
+        let colour = colours(nodes, &pairs);
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by_key(|&one| colour[one]);
+        let mut coloured = Self::default();
+        for group in order.chunk_by(|&a, &b| colour[a] == colour[b]) {
+            coloured.add(group.iter().map(|&one| (all[one].0, all[one].1 * all[one].1, all[one].2)));
+        }
+        coloured
+    }
+
+    /// Adds a colour: ends, squared length at rest [m²], material of each.
+    pub fn add(&mut self, all: impl Iterator<Item = ([u32; 2], f64, u32)>) {
+        let from = self.ends.len();
+        for (ends, rest, material) in all {
+            self.ends.push(ends);
+            self.rest.push(rest);
+            self.material.push(material);
+        }
+        if from < self.ends.len() {
+            self.colours.push(from..self.ends.len());
+        }
+    }
+}
+
+/// Masses of the nodes of a level [kg], from those of the finer one.
+pub fn masses(parents: &Weighted, nodes: usize, finer: &[f64]) -> Vec<f64> {
+    let mut all = vec![0.0; nodes];
+    for (row, mass) in finer.iter().enumerate() {
+        for &(parent, weight) in parents.row(row) {
+            all[parent as usize] += f64::from(weight) * mass;
+        }
+    }
+    all
+}

@@ -1,0 +1,236 @@
+//! Springs as constraints on positions.
+
+use crate::common::{V, build, build_as, near, norm, positions, run, scale, sub, turned, weightless};
+use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Method, Scene, Select};
+use taffeta::{Options, Precision, Simulation};
+
+const G: f64 = 9.81;
+
+/// A square metre of n × n nodes that starts at 45° and swings from two corners, with so many sub-steps of a sixtieth of a second.
+fn sheet(n: u32, substeps: u32, method: Method) -> Scene {
+    let body = Body::cloth("sheet", Mesh::grid(n, n, [1.0, 1.0])).with_mass(Mass::Whole(0.2));
+    let mut body = body.structural(2500.0, 0.01).shear(600.0, 0.01).bend(1.0, 0.001);
+    body.place = turned([1.0, 0.0, 0.0], 45.0, [0.0; 3]);
+    let frame = 1.0 / 60.0;
+    Scene::new("sheet")
+        .time(frame, frame / f64::from(substeps))
+        .method(method)
+        .body(body.pin(Select::nodes([0, n - 1])))
+}
+
+/// By how much the longest edge along rows and columns is too long, and the mean height [m].
+fn stretch_and_height(simulation: &Simulation, n: usize) -> (f64, f64) {
+    let places = positions(simulation);
+    let rest = 1.0 / (n - 1) as f64;
+    let edge = |a: usize, b: usize| norm(sub(places[a], places[b])) / rest - 1.0;
+    let mut most = 0.0_f64;
+    for at in 0..n * n {
+        most = if at % n + 1 < n { most.max(edge(at, at + 1)) } else { most };
+        most = if at + n < n * n { most.max(edge(at, at + n)) } else { most };
+    }
+    (most, places.iter().map(|place| place[1]).sum::<f64>() / (n * n) as f64)
+}
+
+#[test]
+fn few_substeps_keep_a_sheet_near_its_length_and_more_bring_it_to_how_stiff_springs_move() {
+    let (n, frames) = (30, 60);
+    let mut reference = build_as(&sheet(n, 220, Method::Springs), Precision::F32, 1);
+    let heights: Vec<f64> = (0..frames)
+        .map(|_| {
+            run(&mut reference, 1);
+            stretch_and_height(&reference, n as usize).1
+        })
+        .collect();
+    // At most so long in motion, and so far from the reference's mean height [m].
+    for (substeps, longest, off) in [(2, 0.09, 0.03), (4, 0.045, 0.015), (12, 0.02, 0.01)] {
+        let mut simulation = build_as(&sheet(n, substeps, Method::Xpbd), Precision::F32, 1);
+        let (mut most, mut farthest) = (0.0_f64, 0.0_f64);
+        for height in &heights {
+            run(&mut simulation, 1);
+            let (stretch, own) = stretch_and_height(&simulation, n as usize);
+            (most, farthest) = (most.max(stretch), farthest.max((own - height).abs()));
+        }
+        assert!(most < longest, "{substeps} sub-steps: {most}");
+        assert!(farthest < off, "{substeps} sub-steps: {farthest} m");
+    }
+}
+
+#[test]
+fn springs_alone_bear_a_load_at_their_own_stretch() {
+    // Five masses on soft springs; without levels they are what stretches.
+    let (links, m, k) = (5, 0.02, 40.0);
+    let chain = Body::cloth("chain", Mesh::chain(links, 0.5)).with_mass(Mass::Node(m)).structural(k, 0.05);
+    let mut scene =
+        Scene::new("chain").time(0.02, 0.0005).method(Method::Xpbd).body(chain.pin(Select::nodes([0])));
+    scene.solver.xpbd.levels = Some(0);
+    scene.world.drag = 0.02;
+    let mut simulation = build(&scene);
+    run(&mut simulation, 500);
+    let places = positions(&simulation);
+    for link in 0..links as usize {
+        let hanging = f64::from(links) - link as f64;
+        let length = norm(sub(places[link + 1], places[link]));
+        // Within a spring's length its pull is k(l − L) to the square of the stretch.
+        let stretch = length / 0.1 - 1.0;
+        let pull = k * (length - 0.1) * (1.0 + stretch / 2.0);
+        near("pull", pull / (hanging * m * G), 1.0, 0.02 + stretch * stretch);
+    }
+}
+
+#[test]
+fn levels_let_soft_cloth_be_as_long_as_they_are_asked_to() {
+    let longest = |limit: f64| {
+        let mut scene = sheet(17, 8, Method::Xpbd);
+        let body = Body::cloth("sheet", Mesh::grid(17, 17, [1.0, 1.0])).with_mass(Mass::Whole(0.2));
+        scene.bodies[0] = body.structural(3.0, 0.001).shear(1.0, 0.001).pin(Select::rows(0, 0));
+        scene.solver.xpbd.stretch_limit = limit;
+        scene.world.drag = 0.002;
+        let mut simulation = build(&scene);
+        run(&mut simulation, 180);
+        let places = positions(&simulation);
+        norm(sub(places[8], places[8 + 16 * 17]))
+    };
+    // Springs alone would let it be 1.3 times as long and more.
+    let (tight, loose) = (longest(0.0), longest(0.2));
+    assert!(tight > 0.99 && tight < 1.04, "{tight}");
+    assert!(loose > tight + 0.08 && loose < 1.24, "{loose} after {tight}");
+}
+
+/// Bodies that spin and fly, stretched at first.
+fn thrown(body: Body, levels: Option<u32>, step: f64) -> Simulation {
+    let mut scene = weightless("thrown", 0.01, step).method(Method::Xpbd).body(body.at([0.5, 1.0, -2.0]));
+    scene.solver.xpbd.levels = levels;
+    let mut simulation = build_as(&scene, Precision::F64, 2);
+    simulation.disturb(0.01, 3);
+    let body = simulation.bodies()[0].handle;
+    for (vertex, force) in [(0, [3.0, 1.0, -2.0]), (9, [0.0, -4.0, 1.0])] {
+        simulation.apply_force(body, vertex, force).unwrap();
+    }
+    run(&mut simulation, 1);
+    simulation
+}
+
+fn bodies() -> [Body; 3] {
+    let sheet = Body::cloth("sheet", Mesh::grid(22, 15, [1.0, 0.8])).with_mass(Mass::Area(2.0));
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.4, subdivisions: 3 });
+    let ball = Body::cloth("ball", ball).with_mass(Mass::Node(0.02));
+    let chain = Body::cloth("chain", Mesh::chain(60, 2.0)).with_mass(Mass::Node(0.05));
+    [sheet.shear(120.0, 0.1), ball, chain].map(|body| body.structural(200.0, 0.2).bend(80.0, 0.1))
+}
+
+#[test]
+fn nothing_gives_momentum_to_what_flies_free() {
+    for body in bodies() {
+        let mut simulation = thrown(body, None, 0.002);
+        let start = simulation.report().clone();
+        run(&mut simulation, 100);
+        let now = simulation.report();
+        let drift = norm(sub(now.momentum, start.momentum)) / norm(start.momentum);
+        assert!(drift < 1e-9, "{}: {drift}", simulation.bodies()[0].name);
+    }
+}
+
+#[test]
+fn springs_alone_keep_angular_momentum_to_first_order_in_the_step() {
+    let drift = |substeps: f64| {
+        let [sheet, ..] = bodies();
+        let mut simulation = thrown(sheet, Some(0), 0.01 / substeps);
+        let start = simulation.report().clone();
+        run(&mut simulation, 10);
+        let now = simulation.report();
+        norm(sub(now.angular_momentum, start.angular_momentum)) / norm(start.angular_momentum)
+    };
+    let [coarse, fine] = [8.0, 64.0].map(drift);
+    assert!(coarse < 0.01 && fine < 0.3 * coarse, "{fine} after {coarse}");
+}
+
+#[test]
+fn energy_is_only_lost() {
+    let mut simulation = build(&sheet(20, 4, Method::Xpbd));
+    let all = |simulation: &Simulation| {
+        let report = simulation.report();
+        // Springs may hold what limits have not taken yet; what moves and falls may not gain.
+        report.kinetic + report.gravitational
+    };
+    let start = all(&simulation);
+    let mut least = start;
+    for _ in 0..240 {
+        run(&mut simulation, 1);
+        let now = all(&simulation);
+        assert!(now < least + 0.02 * (start - least).max(0.05), "{now} J after {least} J");
+        least = least.min(now);
+    }
+}
+
+#[test]
+fn cloth_lies_on_what_carries_it() {
+    let body = Body::cloth("cloth", Mesh::grid(30, 30, [1.0, 1.0])).with_mass(Mass::Area(0.2));
+    let body = body.structural(1000.0, 0.01).shear(200.0, 0.01).bend(1.0, 0.0).at([0.0, 0.6, 0.0]);
+    let ball = Collider::sphere([0.0; 3], 0.3).friction(0.5);
+    let scene =
+        Scene::new("drape").time(1.0 / 60.0, 1.0 / 960.0).method(Method::Xpbd).body(body).collider(ball);
+    let mut simulation = build_as(&scene, Precision::F32, 1);
+    run(&mut simulation, 150);
+    let inside = positions(&simulation).into_iter().map(|place: V| 0.3 - norm(place)).fold(0.0, f64::max);
+    assert!(inside < 1e-6, "{inside} m inside the ball");
+    let (stretch, height) = stretch_and_height(&simulation, 30);
+    assert!(stretch < 0.06, "{stretch}");
+    // It hangs over the ball and has not slid off.
+    assert!(height > -0.1 && height < 0.25, "{height} m");
+}
+
+#[test]
+fn pins_that_come_and_go_are_seen_by_all_levels() {
+    let mut simulation = build(&sheet(25, 4, Method::Xpbd));
+    let body = simulation.body("sheet").unwrap();
+    run(&mut simulation, 30);
+    // Held in its middle from now on, it hangs from there, too.
+    let middle = 12 * 25 + 13;
+    let at = positions(&simulation)[middle];
+    simulation.pin_vertex(body, middle, at).unwrap();
+    simulation.unpin_vertex(body, 0).unwrap();
+    run(&mut simulation, 60);
+    let places = positions(&simulation);
+    assert!(norm(sub(places[middle], at)) < 1e-9);
+    let (stretch, _) = stretch_and_height(&simulation, 25);
+    // One node in the middle bears half of it.
+    assert!(stretch < 0.12, "{stretch}");
+}
+
+#[test]
+fn a_restored_run_goes_on_with_the_same_bits() {
+    let scene = sheet(25, 3, Method::Xpbd);
+    let mut first = build_as(&scene, Precision::F32, 2);
+    run(&mut first, 20);
+    let snapshot = first.snapshot();
+    run(&mut first, 10);
+    let mut second = build_as(&scene, Precision::F32, 1);
+    second.restore(&snapshot).unwrap();
+    run(&mut second, 10);
+    assert_eq!(first.state_hash(), second.state_hash());
+}
+
+#[test]
+fn no_step_is_too_long_and_what_is_impossible_is_refused() {
+    let mut coarse = sheet(12, 1, Method::Xpbd);
+    coarse.time.dt = 0.1;
+    coarse.time.max_step = None;
+    let mut simulation = build(&coarse);
+    assert!(simulation.warnings().is_empty());
+    run(&mut simulation, 50);
+    let places = positions(&simulation);
+    assert!(places.iter().all(|&place| norm(scale(place, 1.0)) < 3.0));
+    for (change, words) in [
+        (
+            Box::new(|scene: &mut Scene| scene.solver.xpbd.sweeps = 0) as Box<dyn Fn(&mut Scene)>,
+            "1 to 1000 would do",
+        ),
+        (Box::new(|scene: &mut Scene| scene.solver.xpbd.stretch_limit = -0.1), "0 or more would do"),
+        (Box::new(|scene: &mut Scene| scene.solver.xpbd.stretch_limit = f64::NAN), "stretch_limit"),
+    ] {
+        let mut scene = sheet(12, 1, Method::Xpbd);
+        change(&mut scene);
+        let error = Simulation::new(&scene, &Options::default()).err().expect("refused").to_string();
+        assert!(error.contains("solver.xpbd") && error.contains(words), "{error}");
+    }
+}
