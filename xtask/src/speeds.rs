@@ -22,12 +22,15 @@ const BENCHES: [(&str, &[&str]); 9] = [
     ),
     ("Springs of meshes", &["mesh --n 1250000 --threads 1", "mesh --n 1250000"]),
     (
-        "Stiff sheets, implicit, and soft ones on tethers",
+        "Stiff sheets: implicit, soft ones on tethers, constraints on positions",
         &[
             "flag --n 40 --threads 1",
             "flag --n 160 --threads 1",
             "tethers --n 40 --threads 1",
             "tethers --n 160 --threads 1",
+            "xpbd --n 40 --threads 1",
+            "xpbd --n 160 --threads 1",
+            "xpbd --n 160 --threads 2",
         ],
     ),
     (

@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
     /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
-    /// that many of --mesh [default: 160, ice and acad: 34, flag, tethers, fabric and collider: 100, mesh: 1000000, volume: the dragon, or 20000]
+    /// that many of --mesh [default: 160, ice and acad: 34, flag, tethers, xpbd, fabric and collider: 100, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -96,6 +96,8 @@ enum What {
     Flag,
     /// The same on soft explicit springs and tethers
     Tethers,
+    /// The same by constraints on positions over several levels, in four sub-steps a frame
+    Xpbd,
     /// A cotton flag that swings from two corners; with --form primal at one step a frame
     Fabric,
     /// Springs that become constraints where they are too long, beside springs alone
@@ -238,7 +240,7 @@ impl Args {
     fn sides(&self) -> [u32; 2] {
         let usual = match self.what {
             What::Ice | What::Acad => ice::SIDE,
-            What::Flag | What::Tethers | What::Fabric => ice::FLAG_SIDE,
+            What::Flag | What::Tethers | What::Xpbd | What::Fabric => ice::FLAG_SIDE,
             What::Collider => collider::SIDE,
             _ => 160,
         };
@@ -255,6 +257,7 @@ impl Args {
             What::Ice => Ok(ice::bench([rows, cols])),
             What::Flag => Ok(ice::flag([rows, cols])),
             What::Tethers => Ok(ice::tethers([rows, cols])),
+            What::Xpbd => Ok(ice::xpbd([rows, cols])),
             What::Fabric => Ok(self.cloth(None).bench()),
             What::Acad => Ok(acad::bench([rows, cols])),
             What::Collider => Ok(collider::bench([rows, cols])),

@@ -30,6 +30,9 @@ const SOFT: [f64; 3] = [85.0, 21.0, 8.0];
 const SOFT_DAMPING: f64 = 0.008;
 const SOFT_STEPS: f64 = 34.0;
 
+/// Of the flag on constraints: stiffness of structural, shear and bend springs [N/m].
+const STIFF: [f64; 3] = [10_000.0, 100.0, 1.0];
+
 /// A level sheet of `rows` × `cols` nodes of `mass` [kg], with springs of `k` [N/m].
 pub fn sheet([rows, cols]: [u32; 2], (mass, k): (f64, f64)) -> Body {
     let extent = |nodes: u32| EXTENT * f64::from(nodes - 1) / f64::from(SIDE - 1);
@@ -76,7 +79,15 @@ pub fn tethers(sides: [u32; 2]) -> Bench {
     Bench { most, ..Bench::new("tethers", sides.to_vec(), scene) }
 }
 
-/// The sheet of both, with structural, shear and bend springs of `k` [N/m] and damping [kg/s].
+/// The same on constraints on positions, in four sub-steps a frame.
+pub fn xpbd(sides: [u32; 2]) -> Bench {
+    let (.., step, most) = FLAG;
+    let body = hanging(sides, STIFF, 0.0);
+    let scene = Scene::new("bench xpbd").body(body).time(step, step / 4.0).method(Method::Xpbd);
+    Bench { most, ..Bench::new("xpbd", sides.to_vec(), scene) }
+}
+
+/// The sheet of all three, with structural, shear and bend springs of `k` [N/m] and damping [kg/s].
 fn hanging([rows, cols]: [u32; 2], k: [f64; 3], damping: f64) -> Body {
     let (side, mass, ..) = FLAG;
     let mut body = Body::cloth("flag", Mesh::grid(rows, cols, [side; 2]))

@@ -67,7 +67,7 @@ impl Bench {
 
     /// How springs are solved, where that is what is measured.
     fn method(&self) -> Option<&'static str> {
-        let is_measured = ["ice", "flag", "acad", "collider"].contains(&self.name);
+        let is_measured = ["ice", "flag", "acad", "collider", "xpbd"].contains(&self.name);
         is_measured.then(|| self.scene.solver.method.name())
     }
 }
@@ -199,7 +199,7 @@ fn line(
         steps_per_s: steps,
         particle_substeps_per_s: particles,
         springs_per_s,
-        solved: times.solved.filter(|_| bench.scene.solver.method != Method::Springs),
+        solved: times.solved.filter(|_| !matches!(bench.scene.solver.method, Method::Springs | Method::Xpbd)),
         over_springs: None,
         over_sphere: None,
         ms_by_stage: times.stages.iter().map(|&(name, seconds)| (name, seconds * 1e3)).collect(),
