@@ -35,7 +35,8 @@ select = {{ nodes = {pins} }}
 
 
 def methods(n):
-    return {"implicit springs (`primal`)": implicit(n), "explicit springs": explicit(n), "explicit springs on tethers": tethered(n)}
+    return {"implicit springs (`primal`)": implicit(n), "explicit springs": explicit(n), "explicit springs on tethers": tethered(n),
+            "position constraints (`xpbd`)": positions(n)}
 
 
 def implicit(n):
@@ -66,15 +67,24 @@ def tethered(n):
                 yield {"steps": steps, "k": k, "shear": k * shear, "damping": 0.06 * math.sqrt(k / 5000), "tethers": 1}
 
 
+def positions(n):
+    """Any stiffness beyond what the step can show does: steps and sweeps say how far cloth stretches."""
+    for steps in (1, 2, 3, 4, 5, 6, 8, 10, 12, 16):
+        for sweeps in (1, 2):
+            yield {"steps": steps, "sweeps": sweeps, "k": 10000, "shear": 100, "bend": 1, "damping": 0}
+
+
 def scene(n, settings):
     solver = 'method = "springs"'
     if "newton" in settings:
         solver = (f'method = "ice"\nice.form = "primal"\nice.newton_steps = {settings["newton"]}\n'
                   f'ice.max_iterations = {settings["iterations"]}\nice.order = {settings["order"]}')
+    if "sweeps" in settings:
+        solver = f'method = "xpbd"\nxpbd.sweeps = {settings["sweeps"]}'
     middle = [float(x) for x in sheet.start(n).mean(axis=0)]
     return SCENE.format(
         frame=sheet.FRAME, step=sheet.FRAME / settings["steps"], solver=solver, mass=sheet.MASS, n=n, size=sheet.SIZE,
-        middle=middle, k=float(settings["k"]), shear=float(settings["shear"]), bend=settings["k"] / 10,
+        middle=middle, k=float(settings["k"]), shear=float(settings["shear"]), bend=float(settings.get("bend", settings["k"] / 10)),
         d=settings.get("damping", 0.02) * (40 / n) ** 2, tethers="tethers = {}\n" if "tethers" in settings else "",
         pins=sheet.pins(n))
 
