@@ -5,7 +5,7 @@ use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::xpbd::levels::{Coloured, Level, Lists};
 
 /// Rows or columns that are not halved any more.
-const FEW: usize = 3;
+const FEW: usize = 4;
 
 /// A level of a grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -252,7 +252,7 @@ mod tests {
         let all = GridLevels::new([40, 9], &ALONG, (16, 1.0));
         let levels = &all.levels;
         let layouts: Vec<_> = levels.iter().map(GridLevel::layout).collect();
-        assert_eq!(layouts, [[40, 9], [21, 5], [11, 3], [6, 3], [4, 3], [3, 3]]);
+        assert_eq!(layouts, [[40, 9], [21, 5], [11, 3], [6, 3], [4, 3]]);
         for level in levels {
             let [down, across] =
                 [&level.down, &level.across].map(|places| (places[0], places[places.len() - 1]));
