@@ -1,11 +1,12 @@
-//! Quantities of vertices that a program may display: velocities, and distances from colliders.
+//! Quantities of vertices that a program may display: velocities, normals, and distances from colliders.
 
 use crate::assembly::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::shape::ShapeNow;
+use crate::diagnostics::normals::normals;
 use crate::real::Real;
-use crate::simulation::Simulation;
+use crate::simulation::{BodyHandle, InputError, Precision, Simulation};
 
 impl Simulation {
     /// Velocities of all vertices [m/s], bodies one after the other, in the meshes' own order; none has what no face uses.
@@ -14,6 +15,30 @@ impl Simulation {
         out.clear();
         let velocity = |node: usize| self.backend.velocity(node).map(|c| c as f32);
         self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity).into()));
+    }
+
+    /// As [`Self::velocities_f32`], in 64 bits.
+    pub fn velocities_f64<V: From<[f64; 3]>>(&self, out: &mut Vec<V>) {
+        out.clear();
+        let velocity = |node: usize| self.backend.velocity(node);
+        self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity).into()));
+    }
+
+    /// Unit normals of a body's vertices, area-weighted, in 64 bits; where the run has 32, with their digits.
+    ///
+    /// # Errors
+    /// Where the body is one of another simulation.
+    pub fn normals_f64<V: From<[f64; 3]>>(&self, body: BodyHandle) -> Result<Vec<V>, InputError> {
+        if self.precision == Precision::F32 {
+            let normals = self.normals::<[f32; 3]>(body)?;
+            return Ok(normals.into_iter().map(|normal| normal.map(f64::from).into()).collect());
+        }
+        let body = &self.backend.assembly().bodies[self.index_of(body)?];
+        let places: Vec<[f64; 3]> =
+            (0..body.nodes).map(|node| self.backend.position(body.solver_index(node))).collect();
+        let of_nodes = normals(&places, &body.user_surface().triangles);
+        let of_vertex = |vertex| body.node_of_vertex(vertex).map_or([0.0, 1.0, 0.0], |node| of_nodes[node]);
+        Ok((0..body.vertices()).map(|vertex| of_vertex(vertex).into()).collect())
     }
 
     /// Distances of all vertices from colliders [m] at the end of the last frame, less the colliders' offsets: 0 in
@@ -91,6 +116,26 @@ mod tests {
     use super::*;
     use crate::Options;
     use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Place, Scene};
+
+    #[test]
+    fn in_64_bits_velocities_and_normals_have_their_digits() {
+        let turned = Place {
+            rotation: Some(crate::scene::Rotation { axis: [1.0, 0.0, 0.0], degrees: 30.0 }),
+            ..Place::default()
+        };
+        let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [0.1, 0.1])).with_mass(Mass::Node(0.1));
+        let sheet = Body { place: turned, velocity: [0.1, 0.0, 0.0], ..sheet.structural(1.0, 0.0) };
+        let scene = Scene::new("turned").body(sheet);
+        let simulation =
+            Simulation::new(&scene, &Options { precision: Precision::F64, ..Options::default() }).unwrap();
+        let mut velocities: Vec<[f64; 3]> = Vec::new();
+        simulation.velocities_f64(&mut velocities);
+        assert_eq!(velocities, [[0.1, 0.0, 0.0]; 9]);
+        let normals: Vec<[f64; 3]> = simulation.normals_f64(simulation.bodies()[0].handle).unwrap();
+        for [x, y, z] in normals {
+            assert!(x.abs() < 1e-14 && (y - 0.75_f64.sqrt()).abs() < 1e-14 && (z - 0.5).abs() < 1e-14);
+        }
+    }
 
     #[test]
     fn the_nearest_colliders_come_first_whatever_their_shape_and_wherever_they_go() {
