@@ -84,9 +84,25 @@ struct OwnedRecord<R> {
 impl<R: Serialize> Checkpoint<R> {
     /// Writes the file at `path`; what was there stays until the new one is whole and on the disk.
     pub fn write(&self, path: &Path) -> io::Result<()> {
+        let [head, record, hash] = self.around().map_err(|error| in_file(path, io::Error::other(error)))?;
+        let Snapshot { state, constraints, .. } = &self.snapshot;
+        files::replace(path, &[&head, &record, state, constraints, &hash])
+    }
+
+    /// The bytes of such a file, as [`Self::parse`] reads them.
+    ///
+    /// # Errors
+    /// Where what the program remembers cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let [head, record, hash] = self.around()?;
+        Ok([&head[..], &record, &self.snapshot.state, &self.snapshot.constraints, &hash].concat())
+    }
+
+    /// What stands before and after the state: head, record, hash.
+    fn around(&self) -> Result<[Vec<u8>; 3], String> {
         let Self { scene, snapshot, run } = self;
         let record = Record { program: env!("CARGO_PKG_VERSION"), scene, snapshot, run };
-        let record = postcard::to_stdvec(&record).map_err(|error| in_file(path, io::Error::other(error)))?;
+        let record = postcard::to_stdvec(&record).map_err(|error| error.to_string())?;
         let length = HEAD + record.len() + snapshot.state.len() + snapshot.constraints.len() + TAIL;
         let mut head = Vec::from(MAGIC);
         head.extend(VERSION.to_le_bytes());
@@ -95,9 +111,8 @@ impl<R: Serialize> Checkpoint<R> {
         let pieces = [&head[..], &record, &snapshot.state, &snapshot.constraints];
         let mut hasher = XxHash64::with_seed(0);
         pieces.iter().for_each(|piece| hasher.write(piece));
-        let hash = hasher.finish().to_le_bytes();
-        let [head, record, state, constraints] = pieces;
-        files::replace(path, &[head, record, state, constraints, &hash])
+        let hash = hasher.finish().to_le_bytes().to_vec();
+        Ok([head, record, hash])
     }
 }
 
