@@ -36,4 +36,5 @@ pub use checkpoint::Checkpoint;
 pub use mesh::{MeshError, MeshFormat, MeshOptions, load_mesh, parse_mesh, surface_from};
 pub use scene::{
     LoadError, Loaded, Place, SceneSource, load_files, load_scene, parse_scene, read_pairs, read_poses,
+    read_scene,
 };

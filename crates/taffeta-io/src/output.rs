@@ -30,6 +30,7 @@ pub use npy::Npy;
 pub use obj::write_obj;
 pub use pc2::Pc2;
 pub use ply::write_ply;
+pub use triangles::triangles_of;
 pub use usd::Usd;
 pub use vtu::Vtu;
 

@@ -67,6 +67,19 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
+    let text = read_scene(path)?;
+    let mut loaded = parse_scene(&text, &path.display().to_string(), sets)?;
+    load_files(&mut loaded, path)?;
+    Ok(loaded)
+}
+
+/// The text of a scene file, as [`parse_scene`] takes it.
+///
+/// ```
+/// let error = taffeta_io::read_scene("bunny.ply".as_ref()).unwrap_err();
+/// assert_eq!(error.to_string(), "bunny.ply: is a mesh and not a scene");
+/// ```
+pub fn read_scene(path: &Path) -> Result<String, LoadError> {
     let file = path.display().to_string();
     if MeshFormat::of(path).is_ok() {
         return Err(LoadError::in_file(&file, "is a mesh and not a scene"));
@@ -79,14 +92,11 @@ pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
         );
         return Err(LoadError::in_file(&file, message));
     }
-    let text = String::from_utf8(bytes).map_err(|e| {
+    String::from_utf8(bytes).map_err(|e| {
         let good = e.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&e.as_bytes()[..good]).into_owned();
         LoadError::in_text(&file, &text, good, "is not UTF-8 from here on; save the file as UTF-8")
-    })?;
-    let mut loaded = parse_scene(&text, &file, sets)?;
-    load_files(&mut loaded, path)?;
-    Ok(loaded)
+    })
 }
 
 /// Loads the files that a scene names; `path` is where the scene itself is, or would be.

@@ -2,6 +2,23 @@
 
 use taffeta::topology::Surface;
 
+/// A surface's own faces as triangles of its vertices, in the faces' order.
+///
+/// ```
+/// use taffeta_io::output::triangles_of;
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// let square = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+/// let surface = parse_mesh(square, MeshFormat::Obj, &MeshOptions::default())?;
+/// assert_eq!(triangles_of(&surface), [[0, 1, 2], [0, 2, 3]]);
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
+pub fn triangles_of(surface: &Surface) -> Vec<[u32; 3]> {
+    let mut all = Vec::new();
+    each_triangle(surface, |corners| all.push(corners.map(|corner| surface.polygons.corners[corner])));
+    all
+}
+
 /// Calls `each` with the corners of every triangle, as indices into the faces' list of corners. Faces are cut as in
 /// the simulation, and triangles look the way they do there, to which normals belong; what the simulation left out
 /// (faces without area) is cut like a fan.
