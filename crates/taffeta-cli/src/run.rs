@@ -1,7 +1,6 @@
 //! `taffeta run`: a scene to files.
 
 mod args;
-mod choice;
 mod device;
 mod format;
 mod job;
@@ -16,7 +15,6 @@ use crate::console::{self, grouped};
 use crate::memory;
 use crate::summary::{SolverSummary, Summary};
 pub use args::{Args, Arithmetic, Backend};
-pub use choice::{Work, at_once, too_many};
 pub use device::{Device, refuse_precision};
 use format::Poses;
 use job::{Ending, Job, stop_on_ctrl_c};
@@ -26,6 +24,7 @@ use std::path::Path;
 use taffeta::Simulation;
 use taffeta_io::Loaded;
 use taffeta_io::program::{Failure, RunLock, one_line};
+pub use taffeta_io::program::{Work, at_once, too_many};
 pub use tally::{median, rate};
 
 /// Runs a scene.

@@ -1,11 +1,17 @@
 //! What the programs of this workspace share: how they end, what they say, and that only one works in a folder at a time.
 
+#[cfg(feature = "gpu")]
+mod choice;
 mod lock;
 mod machine;
+mod memory;
 mod words;
 
+#[cfg(feature = "gpu")]
+pub use choice::{Work, at_once, faster, only_software, too_many};
 pub use lock::RunLock;
 pub use machine::processor;
+pub use memory::{FreeMemory, free_memory, short_of_memory, size};
 pub use words::one_line;
 
 use crate::scene::{hint, key_of};

@@ -1,15 +1,14 @@
 //! On what a run computes.
 
 use super::args::{Args, Backend};
-use super::choice::{self, Work};
 use super::plan::{Plan, Record};
 use crate::console;
 use crate::gpu;
 use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::Gpu;
-use taffeta::{GpuCost, GpuOptions, Options, Precision, Simulation, Stage};
+use taffeta::{GpuOptions, Options, Precision, Simulation, Stage};
 use taffeta_io::Loaded;
-use taffeta_io::program::Failure;
+use taffeta_io::program::{self, Failure, Work, at_once, only_software};
 
 /// What a run computes on.
 pub struct Device {
@@ -88,7 +87,7 @@ impl Device {
         }
         match gpu::open() {
             Ok(gpu) if gpu.info().is_software() && !earlier.device.contains(&gpu.info().name) => {
-                Self::cpu(choice::only_software(gpu.info()))
+                Self::cpu(only_software(gpu.info()))
             }
             Ok(gpu) => Self::on(gpu, "as until now"),
             Err(error) => Self::cpu(error.to_string()),
@@ -97,21 +96,16 @@ impl Device {
 
     /// The GPU where it gains, else the CPU.
     fn faster(work: &Work) -> Self {
-        if let Some(why) = work.needs_no_gpu() {
-            return Self::cpu(why);
+        match program::faster(work) {
+            Ok((gpu, why)) => Self::on(gpu, &why),
+            Err(why) => Self::cpu(why),
         }
-        let gpu = match gpu::open() {
-            Ok(gpu) => gpu,
-            Err(error) => return Self::cpu(error.to_string()),
-        };
-        let verdict = choice::choose(work, gpu.info(), || GpuCost::measure(&gpu));
-        if verdict.gpu { Self::on(gpu, &verdict.why) } else { Self::cpu(verdict.why) }
     }
 
     /// The scene on this device. Where the program has chosen a GPU, and the scene does not fit it, on the CPU.
     pub fn build(&mut self, args: &Args, plan: &Plan, loaded: &Loaded) -> Result<Simulation, Failure> {
         let options = |gpu| Options {
-            threads: choice::at_once(args.threads),
+            threads: at_once(args.threads),
             precision: plan.precision,
             find_largest_steps: true,
             on_divergence: plan.on_divergence,

@@ -1,7 +1,7 @@
 //! Whether a scene gains by a GPU: the decision of `--backend auto`, in numbers.
 
 use taffeta::scene::Scene;
-use taffeta::taffeta_gpu::AdapterInfo;
+use taffeta::taffeta_gpu::{AdapterInfo, Choice, Gpu};
 use taffeta::{GpuCost, Precision};
 
 /// Nodes a second and thread that the CPU backend moves by a sub-step: cloth with all its springs, on current
@@ -33,11 +33,11 @@ pub struct Work {
 
 /// What was decided.
 #[derive(Debug)]
-pub struct Verdict {
+struct Verdict {
     /// The GPU, and not the CPU.
-    pub gpu: bool,
+    gpu: bool,
     /// Why, in words.
-    pub why: String,
+    why: String,
 }
 
 /// Threads that the machine runs at once.
@@ -68,7 +68,7 @@ impl Work {
     }
 
     /// Why no GPU needs to be looked for, if so.
-    pub fn needs_no_gpu(&self) -> Option<String> {
+    fn needs_no_gpu(&self) -> Option<String> {
         if self.precision == Precision::F64 {
             return Some("a GPU computes in f32".to_owned());
         }
@@ -92,9 +92,19 @@ impl Work {
 /// A GPU than which none is faster.
 const LEAST: GpuCost = GpuCost { seconds_per_substep: LEAST_SUBSTEP, seconds_per_node: 0.0 };
 
+/// The GPU where it gains for the `work`, else the reason for the CPU; and why, in words.
+pub fn faster(work: &Work) -> Result<(Gpu, String), String> {
+    if let Some(why) = work.needs_no_gpu() {
+        return Err(why);
+    }
+    let gpu = Gpu::open(&Choice::from_env()).map_err(|error| error.to_string())?;
+    let Verdict { gpu: gains, why } = choose(work, gpu.info(), || GpuCost::measure(&gpu));
+    if gains { Ok((gpu, why)) } else { Err(why) }
+}
+
 /// The GPU or the CPU. `adapter` is the best there is, `cost` measures it; what it says where it cannot is the reason
 /// for the CPU.
-pub fn choose(work: &Work, adapter: &AdapterInfo, cost: impl FnOnce() -> Result<GpuCost, String>) -> Verdict {
+fn choose(work: &Work, adapter: &AdapterInfo, cost: impl FnOnce() -> Result<GpuCost, String>) -> Verdict {
     let cpu = |why| Verdict { gpu: false, why };
     if let Some(why) = work.needs_no_gpu() {
         return cpu(why);
