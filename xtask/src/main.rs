@@ -12,6 +12,7 @@ mod gpu;
 mod models;
 mod mutate;
 mod program;
+mod python;
 mod sanitize;
 mod shaders;
 mod speeds;
@@ -24,9 +25,9 @@ const USAGE: &str =
     "usage: cargo xtask test [--core] [--seed SEED] | mutate [--all | --sample N [--seed SEED]] | models
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
-                    | faults [--program FILE] | shaders | speeds [--program FILE]
+                    | faults [--program FILE] | shaders | speeds [--program FILE] | python | wheel
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
-             --core leaves out Bevy and the papers. A GPU is needed, in software if need be
+             --core leaves out Bevy, the papers and Python. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
   models     fetch the bunny, armadillo, dragon and human into models/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
@@ -36,7 +37,9 @@ const USAGE: &str =
   faults     have each call for results fail once, and see that runs go on from there, as from what power failures
              leave on the disk and from too little memory; needs strace
   shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed
-  speeds     run all benches and write the page of what they print, some five minutes on an idle machine";
+  speeds     run all benches and write the page of what they print, some five minutes on an idle machine
+  python     build and test the Python package alone; Python of 3.10 or newer is needed, and pip
+  wheel      build the Python package for this machine into target/wheels, with pip's maturin";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -52,6 +55,8 @@ fn main() -> ExitCode {
         ["sanitize", ref words @ ..] => sanitize::run(words),
         ["shaders"] => shaders::run(),
         ["speeds", ref words @ ..] => speeds::run(words),
+        ["python"] => python::run(),
+        ["wheel"] => python::wheel(),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

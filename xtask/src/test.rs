@@ -3,10 +3,10 @@
 mod built;
 mod times;
 
-pub use built::Built;
+pub use built::{Built, build as build_with};
 
 use crate::program::cargo;
-use crate::{display, mutate, vulkan};
+use crate::{display, mutate, python, vulkan};
 use std::process::{Command, ExitCode, Stdio};
 use times::{Scope, Times};
 
@@ -15,7 +15,8 @@ use times::{Scope, Times};
 const PROFILE: [&str; 2] = ["--profile", "quick"];
 const ALL: [&str; 1] = ["--workspace"];
 /// The engine, its files and its program.
-pub const CORE: [&str; 5] = ["--workspace", "--exclude", "bevy_taffeta", "--exclude", "taffeta-papers"];
+pub const CORE: [&str; 7] =
+    ["--workspace", "--exclude", "bevy_taffeta", "--exclude", "taffeta-papers", "--exclude", "taffeta-py"];
 
 /// What is tested, and the seed of the sample of planted faults.
 #[derive(Debug, PartialEq)]
@@ -71,6 +72,9 @@ fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
     times.from_nothing = built.from_nothing;
     for program in &built.programs {
         times.part(&program.name(), || passes(&program.name(), program.command()))?;
+    }
+    if !choice.core {
+        times.part("python", || python::test(&built))?;
     }
     times.part("planted faults", || mutate::sample(&built, choice.seed))?;
     times.part("documentation", || passes("documentation", built::linting(&with(&["test", "--doc"]))))

@@ -13,6 +13,8 @@ const LINTER: &str = "clippy-driver";
 /// What a build has left.
 pub struct Built {
     pub programs: Vec<Program>,
+    /// Libraries and programs without tests, with their package and name.
+    others: Vec<(String, String, PathBuf)>,
     /// Whether something from outside of this repository was compiled.
     pub from_nothing: bool,
 }
@@ -32,6 +34,7 @@ struct Line {
     target: Option<Target>,
     profile: Option<Profile>,
     executable: Option<PathBuf>,
+    filenames: Option<Vec<PathBuf>>,
     fresh: Option<bool>,
     message: Option<Message>,
 }
@@ -106,9 +109,10 @@ pub fn build(words: &[&str]) -> Result<Built, String> {
 fn built(lines: Vec<Line>, root: &Path) -> Built {
     let is_foreign = |line: &Line| line.manifest_path.as_ref().is_some_and(|path| !path.starts_with(root));
     let from_nothing = lines.iter().any(|line| line.fresh == Some(false) && is_foreign(line));
+    let others = lines.iter().flat_map(Line::others).collect();
     let mut programs: Vec<Program> = lines.into_iter().filter_map(Program::of).collect();
     programs.sort_by_key(Program::name);
-    Built { programs, from_nothing }
+    Built { programs, others, from_nothing }
 }
 
 impl Built {
@@ -116,6 +120,36 @@ impl Built {
     pub fn tests(&self, package: &str, file: &str) -> Option<&Program> {
         self.programs.iter().find(|program| program.package() == package && program.target.name == file)
     }
+
+    /// A package's library with this ending.
+    pub fn library(&self, package: &str, ending: &str) -> Option<&Path> {
+        let is_it = |file: &Path| file.to_string_lossy().ends_with(ending);
+        let found = self.others.iter().find(|(of, _, file)| of == package && is_it(file));
+        found.map(|(.., file)| file.as_path())
+    }
+
+    /// A package's program.
+    pub fn program(&self, package: &str, name: &str) -> Option<&Path> {
+        let is_it = |file: &Path| file.file_stem() == Some(name.as_ref());
+        let found = self.others.iter().find(|(of, one, file)| of == package && one == name && is_it(file));
+        found.map(|(.., file)| file.as_path())
+    }
+}
+
+impl Line {
+    /// What it has built that is no test.
+    fn others(&self) -> Vec<(String, String, PathBuf)> {
+        let (Some(target), Some(manifest)) = (&self.target, &self.manifest_path) else { return Vec::new() };
+        let package = package(manifest.parent().unwrap_or(manifest));
+        let is_test = self.profile.as_ref().is_some_and(|profile| profile.test);
+        let files = self.filenames.iter().flatten().filter(|_| !is_test);
+        files.map(|file| (package.clone(), target.name.clone(), file.clone())).collect()
+    }
+}
+
+/// A package is called as its folder.
+fn package(folder: &Path) -> String {
+    folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 impl Program {
@@ -125,9 +159,8 @@ impl Program {
         line.profile?.test.then_some(Self { folder, target, path })
     }
 
-    /// A package is called as its folder.
     fn package(&self) -> String {
-        self.folder.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        package(&self.folder)
     }
 
     /// Whose tests it has, in words.
@@ -150,9 +183,9 @@ mod tests {
 
     const REPORT: &str = r#"
 {"reason":"compiler-artifact","manifest_path":"/home/me/.cargo/naga/Cargo.toml","target":{"kind":["lib"],"name":"naga"},"profile":{"test":false},"executable":null,"fresh":FRESH}
-{"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta/Cargo.toml","target":{"kind":["lib"],"name":"taffeta"},"profile":{"test":false},"executable":null,"fresh":false}
+{"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta/Cargo.toml","target":{"kind":["lib"],"name":"taffeta"},"profile":{"test":false},"executable":null,"filenames":["/t/libtaffeta.rlib","/t/libtaffeta.so"],"fresh":false}
 {"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta/Cargo.toml","target":{"kind":["test"],"name":"it"},"profile":{"test":true},"executable":"/t/it-1","fresh":false}
-{"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta-cli/Cargo.toml","target":{"kind":["bin"],"name":"taffeta"},"profile":{"test":false},"executable":"/t/taffeta","fresh":true}
+{"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta-cli/Cargo.toml","target":{"kind":["bin"],"name":"taffeta"},"profile":{"test":false},"executable":"/t/taffeta","filenames":["/t/taffeta"],"fresh":true}
 {"reason":"build-finished","success":true}
 "#;
 
@@ -168,6 +201,9 @@ mod tests {
         let program = built.tests("taffeta", "it").expect("it");
         assert_eq!((&program.path, &program.folder), (&"/t/it-1".into(), &"/r/crates/taffeta".into()));
         assert!(built.tests("taffeta-cli", "taffeta").is_none());
+        assert_eq!(built.program("taffeta-cli", "taffeta"), Some(Path::new("/t/taffeta")));
+        assert_eq!(built.library("taffeta", ".so"), Some(Path::new("/t/libtaffeta.so")));
+        assert_eq!(built.library("taffeta-cli", ".so"), None);
         assert!(parse(&REPORT.replace("FRESH", "false"), Path::new("/r")).from_nothing);
     }
 }
