@@ -126,6 +126,8 @@ class Scene:
     <taffeta.Scene of flag and ball>
     """
 
+    __module__ = "taffeta"
+
     def __init__(self, source: Source | None = None, *, folder: str | os.PathLike[str] | None = None) -> None:
         self._text: str | None = None
         self._data: dict[str, Any] = {}
