@@ -19,7 +19,7 @@ HEAD = '''\
 """The native part of taffeta. Written by write_stub.py: change the types there, and the words in src/."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, overload
 
 import numpy as np
@@ -107,6 +107,24 @@ CLASSES: dict[str, dict[str, str]] = {
         "warnings": "list[str]",
         "frozen": "list[str]",
     },
+    "Worlds": {
+        "__new__": "(cls, scene: Source, n: int, *, vary: Mapping[str, Sequence[Any] | NDArray[Any]] | None = None, "
+        "threads: int | None = None, precision: str = 'f32') -> Worlds",
+        "step": "(self, frames: int = 1, *, mask: ArrayLike | None = None) -> NDArray[np.bool_]",
+        "reset": "(self, mask: ArrayLike | None = None) -> None",
+        "positions": "READ",
+        "velocities": "READ",
+        "normals": "READ",
+        "apply_force": "(self, body: str, vertices: ArrayLike, force: ArrayLike) -> None",
+        "pin": "(self, body: str, vertices: ArrayLike, to: ArrayLike | None = None) -> None",
+        "move_collider": "(self, collider: str, shifts: ArrayLike) -> None",
+        "reports": "(self) -> dict[str, NDArray[Any]]",
+        "frames": "NDArray[np.int64]",
+        "threads": "int",
+        "memory": "int",
+        "__len__": "(self) -> int",
+        "__getitem__": "(self, index: int) -> Simulation",
+    },
 }
 
 
@@ -121,8 +139,8 @@ def docstring(thing: object, indent: str) -> str:
 
 def member(name: str, kind: str, thing: object) -> str:
     """A method or an attribute of a class."""
-    if name == "__new__":
-        # The class has its words.
+    if name in ("__new__", "__len__"):
+        # The class has its words, and Python has the others.
         return f"    def {name}{kind}: ...\n"
     if kind == "READ":
         # Documentation stands on the first of the overloads.

@@ -23,6 +23,14 @@ impl Rows {
         }
     }
 
+    /// These, and leaves none.
+    pub fn take(&mut self) -> Self {
+        match self {
+            Self::F32(all) => Self::F32(std::mem::take(all)),
+            Self::F64(all) => Self::F64(std::mem::take(all)),
+        }
+    }
+
     /// The chosen rows as a new array [n, 3].
     pub fn to_array(&self, py: Python<'_>, rows: std::ops::Range<usize>) -> PyResult<Py<PyAny>> {
         match self {
@@ -97,6 +105,32 @@ pub fn vectors(value: &Bound<'_, PyAny>, count: usize, what: &str) -> Result<Vec
     }
     let numbers = array.to_vec().map_err(|_| unfit())?;
     Ok(numbers.as_chunks().0.to_vec())
+}
+
+/// The same for so many worlds, one after the other: an array [3] or [worlds, 3], the same for all n, or [worlds, n, 3].
+pub fn vectors_of_worlds(
+    value: &Bound<'_, PyAny>,
+    [worlds, count]: [usize; 2],
+    what: &str,
+) -> Result<Vec<[f64; 3]>, Failure> {
+    let unfit = || {
+        Failure::input(format!("{what} is no array of numbers [3], [{worlds}, 3] or [{worlds}, {count}, 3]"))
+    };
+    let numpy = value.py().import("numpy")?;
+    let array = numpy.call_method1("ascontiguousarray", (value, "f8")).map_err(|_| unfit())?;
+    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    let numbers = array.call_method0("ravel")?;
+    let numbers =
+        numbers.cast::<numpy::PyArray1<f64>>().map_err(|_| unfit())?.to_vec().map_err(|_| unfit())?;
+    let rows: &[[f64; 3]] = numbers.as_chunks().0;
+    match shape[..] {
+        [3] => Ok(vec![rows[0]; worlds * count]),
+        [all, 3] if all == worlds => {
+            Ok(rows.iter().flat_map(|row| std::iter::repeat_n(*row, count)).collect())
+        }
+        [all, each, 3] if all == worlds && each == count => Ok(rows.to_vec()),
+        _ => Err(unfit()),
+    }
 }
 
 /// Vertices: one number, or a list or array of them.

@@ -16,6 +16,7 @@ mod report;
 mod running;
 mod scene;
 mod simulation;
+mod worlds;
 
 /// `taffeta._native`.
 #[pyo3::pymodule]
@@ -28,6 +29,8 @@ mod _native {
     use crate::scene::{check, check_mesh, format_toml, format_value, parse_toml, read_text};
     #[pymodule_export]
     use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::worlds::Worlds;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

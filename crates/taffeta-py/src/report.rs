@@ -5,9 +5,24 @@ use pyo3::types::PyDict;
 use taffeta::Simulation;
 use taffeta::diagnostics::{FrameReport, energy_kinds};
 
-/// The last frame in numbers, with the names of bodies and colliders.
-pub fn report<'py>(py: Python<'py>, simulation: &Simulation) -> PyResult<Bound<'py, PyDict>> {
-    let report = simulation.report();
+/// What a report names: bodies with their numbers of pins, and colliders.
+pub struct Names {
+    pub bodies: Vec<(String, usize)>,
+    pub colliders: Vec<String>,
+}
+
+impl Names {
+    /// Those of a simulation.
+    pub fn of(simulation: &Simulation) -> Self {
+        Self {
+            bodies: simulation.bodies().iter().map(|body| (body.name.clone(), body.pins)).collect(),
+            colliders: simulation.colliders().iter().map(|collider| collider.name.clone()).collect(),
+        }
+    }
+}
+
+/// A frame in numbers.
+pub fn dict<'py>(py: Python<'py>, report: &FrameReport, names: &Names) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("frame", report.frame)?;
     dict.set_item("time", report.time)?;
@@ -28,8 +43,8 @@ pub fn report<'py>(py: Python<'py>, simulation: &Simulation) -> PyResult<Bound<'
     dict.set_item("capped", report.solver.capped)?;
     dict.set_item("broken", report.broken)?;
     dict.set_item("asleep", report.asleep)?;
-    of_bodies(&dict, simulation, report)?;
-    squeezed(&dict, simulation, report)?;
+    of_bodies(&dict, names, report)?;
+    squeezed(&dict, names, report)?;
     Ok(dict)
 }
 
@@ -52,19 +67,19 @@ fn strain(dict: &Bound<'_, PyDict>, report: &FrameReport) -> PyResult<()> {
 }
 
 /// Volumes by body, and reactions by body and pin.
-fn of_bodies(dict: &Bound<'_, PyDict>, simulation: &Simulation, report: &FrameReport) -> PyResult<()> {
+fn of_bodies(dict: &Bound<'_, PyDict>, names: &Names, report: &FrameReport) -> PyResult<()> {
     let (volumes, targets, reactions) =
         (PyDict::new(dict.py()), PyDict::new(dict.py()), PyDict::new(dict.py()));
-    for (index, body) in simulation.bodies().iter().enumerate() {
+    for (index, (name, pins)) in names.bodies.iter().enumerate() {
         if let Some(volume) = report.volumes.get(index).copied().flatten() {
-            volumes.set_item(&body.name, volume)?;
+            volumes.set_item(name, volume)?;
         }
         if let Some(target) = report.volume_targets.get(index).copied().flatten() {
-            targets.set_item(&body.name, target)?;
+            targets.set_item(name, target)?;
         }
-        if body.pins > 0 {
-            let of_pins: Vec<_> = (0..body.pins).map(|pin| report.reaction(index, pin)).collect();
-            reactions.set_item(&body.name, of_pins)?;
+        if *pins > 0 {
+            let of_pins: Vec<_> = (0..*pins).map(|pin| report.reaction(index, pin)).collect();
+            reactions.set_item(name, of_pins)?;
         }
     }
     dict.set_item("volumes", volumes)?;
@@ -72,13 +87,12 @@ fn of_bodies(dict: &Bound<'_, PyDict>, simulation: &Simulation, report: &FrameRe
     dict.set_item("reactions", reactions)
 }
 
-fn squeezed(dict: &Bound<'_, PyDict>, simulation: &Simulation, report: &FrameReport) -> PyResult<()> {
+fn squeezed(dict: &Bound<'_, PyDict>, names: &Names, report: &FrameReport) -> PyResult<()> {
     let Some(squeezed) = &report.squeezed else { return dict.set_item("squeezed", dict.py().None()) };
-    let (bodies, colliders) = (simulation.bodies(), simulation.colliders());
     let all = PyDict::new(dict.py());
-    all.set_item("body", bodies.get(squeezed.body).map(|body| &body.name))?;
+    all.set_item("body", names.bodies.get(squeezed.body).map(|(name, _)| name))?;
     all.set_item("vertex", squeezed.vertex)?;
-    let names = squeezed.colliders.iter().filter_map(|&index| Some(&colliders.get(index)?.name));
-    all.set_item("colliders", names.collect::<Vec<_>>())?;
+    let colliders = squeezed.colliders.iter().filter_map(|&index| names.colliders.get(index));
+    all.set_item("colliders", colliders.collect::<Vec<_>>())?;
     dict.set_item("squeezed", all)
 }

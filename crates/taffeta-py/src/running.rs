@@ -10,7 +10,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use taffeta::scene::{Scene, World, identity};
-use taffeta::{InputError, Simulation, StepError};
+use taffeta::{Simulation, Snapshot, StepError};
 use taffeta_io::checkpoint::{Checkpoint, difference};
 
 /// How long a frame may take that is not stopped on its way.
@@ -113,11 +113,13 @@ impl Running {
         if let Some(difference) = difference(&checkpoint.scene, self.identity()) {
             return Err(refuse(format!("of another scene: {difference}")));
         }
-        self.simulation.restore(&checkpoint.snapshot).map_err(|error| match error {
-            InputError::Snapshot(what) => Failure::Snapshot(what),
-            error => error.into(),
-        })?;
-        self.world = checkpoint.snapshot.changes.world;
+        self.take_up(&checkpoint.snapshot)
+    }
+
+    /// Takes up a state.
+    pub fn take_up(&mut self, snapshot: &Snapshot) -> Result<(), Failure> {
+        self.simulation.restore(snapshot)?;
+        self.world = snapshot.changes.world.clone();
         Ok(())
     }
 

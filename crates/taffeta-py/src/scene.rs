@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use taffeta::BuildError;
+use taffeta::scene::World;
 use taffeta_io::program::short_of_memory;
 use taffeta_io::scene::hint;
 use taffeta_io::{Loaded, load_files, parse_scene, read_scene};
@@ -149,12 +150,13 @@ pub fn format_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(value.to_string())
 }
 
-/// The world of a scene that is described by `data` alone, and what is not given as it is in `now`.
-pub fn world(
-    data: &Bound<'_, PyDict>,
-    now: &taffeta::scene::World,
-) -> Result<taffeta::scene::World, Failure> {
-    let Document { table: changes, .. } = Document::of(data.as_any(), false)?;
+/// A dict as a table.
+pub fn table(data: &Bound<'_, PyDict>) -> Result<toml::Table, Failure> {
+    Ok(Document::of(data.as_any(), false)?.table)
+}
+
+/// A world with changes.
+pub fn world(changes: toml::Table, now: &World) -> Result<World, Failure> {
     let unfit = |error: String| Failure::Internal(format!("the world cannot be written: {error}"));
     let mut world = toml::Table::try_from(now).map_err(|error| unfit(error.to_string()))?;
     world.extend(changes);

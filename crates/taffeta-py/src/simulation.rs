@@ -6,7 +6,7 @@ mod reads;
 use crate::control;
 use crate::errors::{Failure, guarded};
 use crate::options::Choices;
-use crate::report;
+use crate::report::{self, Names};
 use crate::running::{Running, hold, step};
 use crate::scene::Parts;
 use pyo3::prelude::*;
@@ -45,11 +45,29 @@ pub struct Simulation {
     scene: Py<PyAny>,
     choices: Choices,
     why: String,
+    names: Names,
+}
+
+/// Says what the user should know.
+pub fn warn(py: Python<'_>, warnings: &[String]) -> PyResult<()> {
+    let kind = py.import("taffeta._errors")?.getattr("SceneWarning")?;
+    warnings.iter().try_for_each(|warning| PyErr::warn(py, &kind, &CString::new(warning.as_str())?, 1))
 }
 
 impl Simulation {
+    /// A scene that runs, from its Python object.
+    pub fn of(running: Running, scene: Py<PyAny>, choices: Choices, why: String) -> Self {
+        let names = Names::of(&running.simulation);
+        Self { running: Mutex::new(running), scene, choices, why, names }
+    }
+
+    /// What it shares with other threads.
+    pub fn shared(&self) -> &Mutex<Running> {
+        &self.running
+    }
+
     /// Does `work` without Python.
-    fn work<R: Send>(
+    pub fn work<R: Send>(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut Running) -> Result<R, Failure> + Send,
@@ -57,14 +75,10 @@ impl Simulation {
         Ok(py.detach(|| hold(&self.running).work(work))?)
     }
 
-    /// Holds the simulation while Python is at hand; until it can be held, other threads of Python run.
+    /// Holds the simulation while Python is at hand; until it can be held, other threads of Python run. Nothing of Python may be called
+    /// before it is let go: that might call this.
     fn hold<'a>(&'a self, py: Python<'_>) -> MutexGuard<'a, Running> {
         self.running.lock_py_attached(py).unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    /// Does `work` that makes or reads objects of Python.
-    fn see<R>(&self, py: Python<'_>, work: impl FnOnce(&mut Running) -> Result<R, Failure>) -> PyResult<R> {
-        Ok(self.hold(py).work(work)?)
     }
 }
 
@@ -84,11 +98,8 @@ impl Simulation {
         let scene = py.import("taffeta._scene")?.getattr("copy_of")?.call1((scene,))?;
         let written = scene.extract::<Parts<'_>>()?.write()?;
         let (running, why) = py.detach(|| guarded(|| Running::build(written, &choices)))?;
-        let kind = py.import("taffeta._errors")?.getattr("SceneWarning")?;
-        for warning in running.warnings() {
-            PyErr::warn(py, &kind, &CString::new(warning)?, 1)?;
-        }
-        Ok(Self { running: Mutex::new(running), scene: scene.unbind(), choices, why })
+        warn(py, &running.warnings())?;
+        Ok(Self::of(running, scene.unbind(), choices, why))
     }
 
     /// Runs frames, and reports the last.
@@ -202,7 +213,8 @@ impl Simulation {
     /// Report of the last frame, or of the start, as `step` returns it.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.see(py, |running| Ok(report::report(py, &running.simulation)?))
+        let report = self.work(py, |running| Ok(running.simulation.report().clone()))?;
+        report::dict(py, &report, &self.names)
     }
 
     /// Number of frames done.
@@ -279,10 +291,8 @@ impl Simulation {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let running = self.hold(py);
-        let simulation = &running.simulation;
-        let names: Vec<&str> = simulation.bodies().iter().map(|body| body.name.as_str()).collect();
-        let (frame, device) = (simulation.frame(), simulation.device());
+        let names: Vec<&str> = self.names.bodies.iter().map(|(name, _)| name.as_str()).collect();
+        let (frame, device) = (self.frame(py), self.device(py));
         format!("<taffeta.Simulation of {}: frame {frame}, {device}>", names.join(", "))
     }
 

@@ -193,7 +193,8 @@ def test_a_body_that_diverges_is_named_and_the_last_good_frame_stays() -> None:
     scene = taffeta.Scene().time(dt=0.01)
     scene.grid("stiff", rows=4, cols=5, size=(0.4, 0.3), node_mass=1e-3, springs={"structural": {"k": 1e6}})
     scene.pin("stiff", nodes=0)
-    simulation = taffeta.Simulation(scene, threads=1)
+    with pytest.warns(taffeta.SceneWarning, match="longer than the largest stable step"):
+        simulation = taffeta.Simulation(scene, threads=1)
     [warning] = simulation.warnings
     assert "longer than the largest stable step" in warning
     assert "time.max_step" in warning
@@ -280,3 +281,22 @@ def test_nothing_of_a_simulation_is_left_when_it_is_gone(cloth: taffeta.Scene) -
     del simulation
     gc.collect()
     assert seen() is None
+
+
+def test_a_gpu_goes_where_the_cpu_goes(cloth: taffeta.Scene) -> None:
+    try:
+        simulation = taffeta.Simulation(cloth, backend="gpu")
+    except taffeta.DeviceError as error:
+        pytest.skip(str(error))
+    simulation.step(3)
+    twin = taffeta.Simulation(cloth, backend="cpu")
+    twin.step(3)
+    assert (simulation.backend, simulation.backend_reason) == ("gpu", "asked for")
+    np.testing.assert_allclose(simulation.positions(), twin.positions(), atol=1e-5)
+    simulation.pin("cloth", 63, (0.5, 0.1, 0.5))
+    simulation.step()
+    np.testing.assert_array_equal(simulation.positions()[63], np.float32([0.5, 0.1, 0.5]))
+    ended = simulation.snapshot()
+    copied = pickle.loads(pickle.dumps(simulation))
+    assert copied.backend == "gpu"
+    assert copied.snapshot() == ended

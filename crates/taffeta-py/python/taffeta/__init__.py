@@ -21,7 +21,7 @@ from taffeta._errors import (
     SceneWarning,
     SnapshotError,
 )
-from taffeta._native import Body, Collider, Simulation, __version__, info
+from taffeta._native import Body, Collider, Simulation, Worlds, __version__, info
 from taffeta._pose import pose
 from taffeta._reports import Report, to_pandas
 from taffeta._scene import Scene
@@ -40,6 +40,7 @@ __all__ = [
     "SceneWarning",
     "Simulation",
     "SnapshotError",
+    "Worlds",
     "__version__",
     "info",
     "pose",

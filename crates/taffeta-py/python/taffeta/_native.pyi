@@ -1,7 +1,7 @@
 """The native part of taffeta. Written by write_stub.py: change the types there, and the words in src/."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar, overload
 
 import numpy as np
@@ -377,3 +377,109 @@ class Simulation:
     @property
     def frozen(self) -> list[str]:
         """Names of bodies that diverged and stand still."""
+
+class Worlds:
+    """Many independent copies of a scene, stepped at once.
+
+    Each world is a `Simulation` of its own on one thread, `worlds[i]`, with its own pins, forces, colliders and parameters. It has the
+    same bits as alone, whatever the others are and on any number of threads.
+
+    Args:
+        scene: A `Scene`, or what one is made of.
+        n: Number of worlds.
+        vary: What differs: paths as `Scene.set` takes them, each with n values.
+        threads: How many worlds are stepped at a time; as many as the machine runs, if it is not given.
+        precision: "f32" or "f64".
+
+    >>> import numpy, taffeta
+    >>> scene = taffeta.Scene().solver("ice", form="primal").sphere("ball", radius=0.2, center=(0.0, -0.3, 0.0))
+    >>> scene = scene.grid("cloth", rows=8, cols=8, size=(1.0, 1.0), material="cotton")
+    >>> worlds = taffeta.Worlds(scene, 3, vary={"body.cloth.material.preset": ["silk", "cotton", "denim"]})
+    >>> worlds.step(5).tolist()           # none has diverged
+    [False, False, False]
+    >>> worlds.positions("cloth").shape
+    (3, 64, 3)
+    >>> worlds[2].move_collider("ball", (0.0, 0.01, 0.0))
+    >>> worlds.reset([True, False, True])
+    >>> worlds.frames.tolist()
+    [0, 5, 0]
+    """
+    def __new__(cls, scene: Source, n: int, *, vary: Mapping[str, Sequence[Any] | NDArray[Any]] | None = None, threads: int | None = None, precision: str = 'f32') -> Worlds: ...
+    def step(self, frames: int = 1, *, mask: ArrayLike | None = None) -> NDArray[np.bool_]:
+        """Runs frames of the chosen worlds, all at once.
+
+        A world that diverges keeps its last good frame and is not stepped any more until `reset`; the others go on. Ctrl-C stops all
+        after the same whole frame.
+
+        Args:
+            frames: How many.
+            mask: Which worlds, a truth for each; all, if it is not given.
+
+        Returns:
+            Which of the chosen worlds have diverged, bool [n].
+        """
+    def reset(self, mask: ArrayLike | None = None) -> None:
+        """Has the chosen worlds start again: with the pins, poses and world that their scene describes.
+
+        Args:
+            mask: Which worlds, a truth for each; all, if it is not given.
+        """
+    @overload
+    def positions(self, body: str | None = None, *, out: None = None) -> NDArray[np.floating[Any]]:
+        """Positions of all vertices [m], [n, vertices, 3], as `Simulation.positions` has them.
+
+        Args:
+            body: Name of the body whose vertices are meant; all where it is not given.
+            out: An array to write to, of that shape and of the precision of the run. Every world writes its own part.
+        """
+    @overload
+    def positions(self, body: str | None = None, *, out: NDArray[_T]) -> NDArray[_T]: ...
+    @overload
+    def velocities(self, body: str | None = None, *, out: None = None) -> NDArray[np.floating[Any]]:
+        """Velocities of all vertices [m/s], as `positions`."""
+    @overload
+    def velocities(self, body: str | None = None, *, out: NDArray[_T]) -> NDArray[_T]: ...
+    @overload
+    def normals(self, body: str | None = None, *, out: None = None) -> NDArray[np.floating[Any]]:
+        """Unit normals of all vertices, as `positions`."""
+    @overload
+    def normals(self, body: str | None = None, *, out: NDArray[_T]) -> NDArray[_T]: ...
+    def apply_force(self, body: str, vertices: ArrayLike, force: ArrayLike) -> None:
+        """Applies forces to vertices of all worlds during the next frame.
+
+        Args:
+            body: Name of the body.
+            vertices: One vertex, or a list or array of them; the same in all worlds.
+            force: Force on each vertex [N]: [3], [n, 3], or [n, vertices, 3].
+        """
+    def pin(self, body: str, vertices: ArrayLike, to: ArrayLike | None = None) -> None:
+        """Pins vertices of all worlds, and moves them to places during the next frame.
+
+        Args:
+            body: Name of the body.
+            vertices: One vertex, or a list or array of them; the same in all worlds.
+            to: Places [m]: [3], [n, 3], or [n, vertices, 3]; where they are, if it is not given.
+        """
+    def move_collider(self, collider: str, shifts: ArrayLike) -> None:
+        """Brings a collider of all worlds to poses during the next frame.
+
+        Args:
+            collider: Name of the collider.
+            shifts: Shifts from the start [m], [3] or [n, 3]. `worlds[i].move_collider` also turns one.
+        """
+    def reports(self) -> dict[str, NDArray[Any]]:
+        """The last frames in numbers, a dict of arrays [n]: `frame`, `time` [s], `kinetic`, `gravitational`, `springs` and `energy` [J],
+        `max_stretch` and `contacts`. `worlds[i].report` has all of one.
+        """
+    @property
+    def frames(self) -> NDArray[np.int64]:
+        """Number of frames done by each world, int64 [n]."""
+    @property
+    def threads(self) -> int:
+        """How many worlds are stepped at a time."""
+    @property
+    def memory(self) -> int:
+        """Memory of all worlds [byte]."""
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int) -> Simulation:
+        """Return self[key]."""

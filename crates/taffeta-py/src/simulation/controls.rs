@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::errors::Failure;
-use crate::scene::world;
+use crate::scene::{table, world};
 use crate::{arrays, control};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -126,7 +126,8 @@ impl Simulation {
     #[pyo3(signature = (**changes))]
     fn set_world(&self, py: Python<'_>, changes: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         let Some(changes) = changes else { return Ok(()) };
-        self.see(py, |running| {
+        let changes = table(changes)?;
+        self.work(py, |running| {
             let world = world(changes, &running.world)?;
             running.simulation.set_world(&world)?;
             running.world = world;

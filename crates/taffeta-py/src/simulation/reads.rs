@@ -18,13 +18,17 @@ impl Simulation {
         body: Option<&str>,
         out: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        self.see(py, |running| {
+        let (rows, chosen) = self.work(py, |running| {
             let chosen = read::rows(running, quantity, body)?;
-            match out {
-                None => Ok(running.rows.to_array(py, chosen)?),
-                Some(out) => running.rows.write(out, chosen).map(|()| out.clone().unbind()),
-            }
-        })
+            Ok((running.rows.take(), chosen))
+        })?;
+        let array = match out {
+            None => rows.to_array(py, chosen)?,
+            Some(out) => rows.write(out, chosen).map(|()| out.clone().unbind())?,
+        };
+        // To be filled again next time.
+        self.hold(py).rows = rows;
+        Ok(array)
     }
 }
 
@@ -125,7 +129,8 @@ impl Simulation {
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        for (name, body) in Body::all(&self.hold(py).simulation) {
+        let bodies = Body::all(&self.hold(py).simulation);
+        for (name, body) in bodies {
             dict.set_item(name, body)?;
         }
         Ok(dict)
@@ -135,7 +140,8 @@ impl Simulation {
     #[getter]
     fn colliders<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        for (name, collider) in Collider::all(&self.hold(py).simulation) {
+        let colliders = Collider::all(&self.hold(py).simulation);
+        for (name, collider) in colliders {
             dict.set_item(name, collider)?;
         }
         Ok(dict)
@@ -187,7 +193,7 @@ impl Simulation {
     /// Gravity, drag, wind and air as they are now, as a dict with the keys of `[world]`.
     #[getter]
     fn world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let world = self.see(py, |running| {
+        let world = self.work(py, |running| {
             toml::Value::try_from(&running.world).map_err(|error| Failure::Internal(error.to_string()))
         })?;
         document::to_python(py, &world)
