@@ -110,6 +110,8 @@ CALLS: list[tuple[Callable[[taffeta.Simulation], object], str]] = [
     (lambda s: s.pin("cloth", [0, 64], (0, 0, 0)), "body `cloth` has vertices 0 to 63, not 64"),
     (lambda s: s.pin("cloth", -1), "vertices are whole numbers from 0 on"),
     (lambda s: s.pin("cloth", "all"), "vertices are whole numbers from 0 on"),
+    (lambda s: s.pin("cloth", np.arange(64) < 3), "vertices are truths; numpy.flatnonzero makes numbers of them"),
+    (lambda s: s.pin("cloth", [True, False]), "vertices are truths"),
     (lambda s: s.pin("cloth", 0, (0, 0)), "to is no array of numbers [3] or [1, 3]"),
     (lambda s: s.pin("cloth", [0, 1], np.zeros((3, 3))), "to is no array of numbers [3] or [2, 3]"),
     (lambda s: s.pin("cloth", 9, (0, 0, 2e6)), "1000000"),
