@@ -1,4 +1,4 @@
-//! A module for Python leaves Python's own symbols open; macOS must be told.
+//! A module for Python leaves Python's own symbols open; macOS needs a flag for that.
 
 fn main() {
     // Files of Python are no part of it.

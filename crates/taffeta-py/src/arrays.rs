@@ -137,17 +137,17 @@ pub fn vectors_of_worlds(
 /// Vertices: one number, or a list or array of them. Truths, which Python takes for 0 and 1, are none.
 pub fn vertices(value: &Bound<'_, PyAny>) -> Result<Vec<usize>, Failure> {
     let unfit = || Failure::input("vertices are whole numbers from 0 on, one or a list or array of them");
-    let is_truth = |one: &Bound<'_, PyAny>| one.is_instance_of::<PyBool>();
-    let truths = || Failure::input("vertices are truths; numpy.flatnonzero makes numbers of them");
+    let is_boolean = |one: &Bound<'_, PyAny>| one.is_instance_of::<PyBool>();
+    let booleans = || Failure::input("vertices are booleans; numpy.flatnonzero makes numbers of them");
     let value = if value.hasattr("tolist")? { &value.call_method0("tolist")? } else { value };
-    if is_truth(value) {
-        return Err(truths());
+    if is_boolean(value) {
+        return Err(booleans());
     }
     if let Ok(one) = value.extract::<i64>() {
         return Ok(vec![usize::try_from(one).map_err(|_| unfit())?]);
     }
-    if value.try_iter().is_ok_and(|mut all| all.any(|one| one.is_ok_and(|one| is_truth(&one)))) {
-        return Err(truths());
+    if value.try_iter().is_ok_and(|mut all| all.any(|one| one.is_ok_and(|one| is_boolean(&one)))) {
+        return Err(booleans());
     }
     value.extract::<Vec<usize>>().map_err(|_| unfit())
 }

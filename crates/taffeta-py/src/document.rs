@@ -106,10 +106,10 @@ fn is_mesh_key(path: &str) -> bool {
     last == "mesh" || last == "convex"
 }
 
-/// A truth, a number or a text.
+/// A boolean, a number or a text.
 fn plain(value: &Bound<'_, PyAny>, path: &str) -> Result<Option<Value>, Failure> {
-    if let Ok(truth) = value.cast::<PyBool>() {
-        return Ok(Some(Value::Boolean(truth.is_true())));
+    if let Ok(boolean) = value.cast::<PyBool>() {
+        return Ok(Some(Value::Boolean(boolean.is_true())));
     }
     if value.is_instance_of::<PyInt>() {
         let whole = value.extract::<i64>();
@@ -158,7 +158,7 @@ pub fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyA
         Value::String(text) => PyString::new(py, text).into_any(),
         Value::Integer(whole) => whole.into_pyobject(py)?.into_any(),
         Value::Float(number) => PyFloat::new(py, *number).into_any(),
-        Value::Boolean(truth) => PyBool::new(py, *truth).to_owned().into_any(),
+        Value::Boolean(boolean) => PyBool::new(py, *boolean).to_owned().into_any(),
         Value::Datetime(date) => PyString::new(py, &date.to_string()).into_any(),
         Value::Array(items) => {
             let list = PyList::empty(py);

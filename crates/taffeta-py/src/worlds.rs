@@ -84,11 +84,11 @@ impl Worlds {
     fn mask(&self, mask: Option<&Bound<'_, PyAny>>) -> Result<Vec<bool>, Failure> {
         let Some(mask) = mask else { return Ok(vec![true; self.worlds.len()]) };
         let n = self.worlds.len();
-        let unfit = || Failure::input(format!("mask is no array or list of {n} truths"));
+        let unfit = || Failure::input(format!("mask is no array or list of {n} booleans"));
         let list = if mask.hasattr("tolist")? { mask.call_method0("tolist")? } else { mask.clone() };
-        let truths: Vec<Bound<'_, PyBool>> = list.extract().map_err(|_| unfit())?;
-        if truths.len() == n {
-            Ok(truths.iter().map(|truth| truth.is_true()).collect())
+        let booleans: Vec<Bound<'_, PyBool>> = list.extract().map_err(|_| unfit())?;
+        if booleans.len() == n {
+            Ok(booleans.iter().map(|boolean| boolean.is_true()).collect())
         } else {
             Err(unfit())
         }
@@ -231,7 +231,7 @@ impl Worlds {
     ///
     /// Args:
     ///     frames: How many.
-    ///     mask: Which worlds, a truth for each; all, if it is not given.
+    ///     mask: Which worlds, a boolean for each; all, if it is not given.
     ///
     /// Returns:
     ///     Which of the chosen worlds have diverged, bool [n].
@@ -256,7 +256,7 @@ impl Worlds {
     /// Has the chosen worlds start again: with the pins, poses and world that their scene describes.
     ///
     /// Args:
-    ///     mask: Which worlds, a truth for each; all, if it is not given.
+    ///     mask: Which worlds, a boolean for each; all, if it is not given.
     #[pyo3(signature = (mask=None))]
     fn reset(&self, py: Python<'_>, mask: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let chosen = self.mask(mask)?;

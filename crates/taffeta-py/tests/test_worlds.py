@@ -67,7 +67,7 @@ def test_masks_choose_worlds_that_step_and_that_start_again(scene: taffeta.Scene
     worlds.step(5, mask=[True, True, False])
     assert worlds[0].state_hash() == worlds[1].state_hash() == alone(scene, "cotton", 5).state_hash()
     for mask in ([True, False], [1.5, 2, 3], "yes"):
-        with pytest.raises(taffeta.InputError, match="mask is no array or list of 3 truths"):
+        with pytest.raises(taffeta.InputError, match="mask is no array or list of 3 booleans"):
             worlds.step(mask=mask)
 
 

@@ -413,7 +413,7 @@ class Worlds:
 
         Args:
             frames: How many.
-            mask: Which worlds, a truth for each; all, if it is not given.
+            mask: Which worlds, a boolean for each; all, if it is not given.
 
         Returns:
             Which of the chosen worlds have diverged, bool [n].
@@ -422,7 +422,7 @@ class Worlds:
         """Has the chosen worlds start again: with the pins, poses and world that their scene describes.
 
         Args:
-            mask: Which worlds, a truth for each; all, if it is not given.
+            mask: Which worlds, a boolean for each; all, if it is not given.
         """
     @overload
     def positions(self, body: str | None = None, *, out: None = None) -> NDArray[np.floating[Any]]:
