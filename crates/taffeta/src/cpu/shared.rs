@@ -70,6 +70,17 @@ impl<T> Shared<T> {
         unsafe { std::slice::from_raw_parts(self.start, self.len) }
     }
 
+    /// A part of the array, to read.
+    ///
+    /// # Safety
+    /// Until the next barrier, or the end of the borrow, no worker writes any of this part.
+    #[inline]
+    pub unsafe fn read_part(&self, range: Range<usize>) -> &[T] {
+        assert!(range.start <= range.end && range.end <= self.len, "part of a shared array out of range");
+        // SAFETY: in bounds by the assertion; no writer by the caller's promise.
+        unsafe { std::slice::from_raw_parts(self.start.add(range.start), range.len()) }
+    }
+
     /// A part of the array, to write.
     ///
     /// # Safety

@@ -64,8 +64,10 @@ fn hash(scene: &Scene, precision: Precision, threads: usize) -> (u64, String) {
 fn by_positions() -> Scene {
     let mut scene = contact().method(Method::Xpbd);
     scene.title = "positions".into();
-    let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 5 });
-    let large = cloth("large", Mesh::grid(70, 75, [1.5, 1.5])).shear(50.0, 0.02).pin(Select::nodes([3, 80]));
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 6 });
+    // So large that their first level is shared as well.
+    let large = cloth("large", Mesh::grid(140, 145, [1.5, 1.5])).shear(50.0, 0.02);
+    let large = large.pin(Select::nodes([3, 150]));
     scene
         .body(large.at([0.0, 2.0, 0.0]))
         .body(cloth("ball", ball).at([0.0, 4.0, 0.0]).pin(Select::nodes([7])))

@@ -1,7 +1,11 @@
 //! Springs as constraints on positions.
 
 use crate::common::{V, build, build_as, near, norm, positions, run, scale, sub, turned, weightless};
-use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Method, Scene, Select};
+use std::collections::HashMap;
+use std::sync::Arc;
+use taffeta::scene::{
+    Body, Bounds, Collider, Icosphere, Mass, Mesh, Method, Pattern, Scene, Select, Sheet, Surface, Volume,
+};
 use taffeta::{Options, Precision, Simulation};
 
 const G: f64 = 9.81;
@@ -52,6 +56,89 @@ fn few_substeps_keep_a_sheet_near_its_length_and_more_bring_it_to_how_stiff_spri
         }
         assert!(most < longest, "{substeps} sub-steps: {most}");
         assert!(farthest < off, "{substeps} sub-steps: {farthest} m");
+    }
+}
+
+#[test]
+fn meshes_hang_on_levels_as_grids_do() {
+    // The same sheet of triangles that are nearly equilateral, on its two upper corners.
+    let hung = |levels| {
+        let sheet = Mesh::Sheet(Sheet { size: [1.0, 1.0], edge: 1.0 / 30.0, pattern: Pattern::default() });
+        let mut body = Body::cloth("sheet", sheet).with_mass(Mass::Whole(0.2));
+        body = body.structural(10_000.0, 0.0).bend(1.0, 0.0);
+        body.place = turned([1.0, 0.0, 0.0], 45.0, [0.0; 3]);
+        let corner = |x| Select {
+            inside: Some(Bounds { min: [x - 0.02, 0.34, -0.37], max: [x + 0.02, 0.37, -0.34] }),
+            ..Select::default()
+        };
+        let body = body.pin(corner(-0.5)).pin(corner(0.5));
+        let mut scene = Scene::new("sheet").time(1.0 / 60.0, 1.0 / 480.0).method(Method::Xpbd).body(body);
+        scene.solver.xpbd.levels = levels;
+        let mut simulation = build_as(&scene, Precision::F32, 1);
+        let mut most = 0.0_f64;
+        for _ in 0..60 {
+            run(&mut simulation, 1);
+            most = most.max(simulation.report().max_stretch);
+        }
+        most
+    };
+    let (with, without) = (hung(None), hung(Some(0)));
+    assert!(with < 1.09, "{with}");
+    assert!(without > 1.3, "{without}");
+}
+
+/// Two square metres of n × n nodes, 2 cm apart but at their common border.
+fn pillow(n: u32) -> Surface {
+    let border = |i: u32, j: u32| i == 0 || j == 0 || i == n - 1 || j == n - 1;
+    let (mut number, mut nodes, mut triangles) = (HashMap::new(), Vec::new(), Vec::new());
+    for side in [1.0, -1.0] {
+        let mut node = |i: u32, j: u32| {
+            let up = if border(i, j) { 0.0 } else { side };
+            *number.entry((i, j, up as i32)).or_insert_with(|| {
+                nodes.push([f64::from(i) / f64::from(n - 1), 0.01 * up, f64::from(j) / f64::from(n - 1)]);
+                nodes.len() as u32 - 1
+            })
+        };
+        for (i, j) in (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| (i, j))) {
+            let [a, b, c, d] = [(i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)].map(|(i, j)| node(i, j));
+            // No triangle is in both layers.
+            let is_corner = [0, n - 2].contains(&i) && [0, n - 2].contains(&j);
+            let cut = if is_corner { i == j } else { (i + j) % 2 == 1 };
+            let two = if cut { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+            triangles.extend(two.map(|[a, b, c]| if side > 0.0 { [a, b, c] } else { [c, b, a] }));
+        }
+    }
+    Surface::of_triangles(nodes, triangles)
+}
+
+#[test]
+fn limits_let_a_flat_pillow_fill() {
+    let full = |method: Method, substeps: f64| {
+        let mut scene = weightless("pillow", 1.0 / 60.0, 1.0 / 60.0 / substeps).method(method);
+        let mut body = Body::soft("pillow", Mesh::Surface(Arc::new(pillow(25)))).with_mass(Mass::Whole(0.5));
+        body.volume = Some(Volume { pressure: Some(200.0), ..Volume::default() });
+        scene.world.drag = 0.004;
+        let mut simulation = build_as(&scene.body(body.structural(1000.0, 0.02)), Precision::F32, 1);
+        run(&mut simulation, 200);
+        simulation.report().volumes[0].expect("it is closed")
+    };
+    let (springs, positions) = (full(Method::Springs, 70.0), full(Method::Xpbd, 16.0));
+    assert!(positions > 0.9 * springs, "{positions} m³, and {springs} m³ by explicit springs");
+}
+
+#[test]
+fn damping_of_any_size_stays_bounded() {
+    // It resists what limits do as well, so that little of it may come back.
+    for (d, back) in [(0.01, 0.01), (0.1, 0.01), (10.0, 0.05)] {
+        let mut scene = sheet(20, 4, Method::Xpbd);
+        scene.bodies[0] = scene.bodies[0].clone().shear(100.0, d).bend(1.0, d);
+        let mut simulation = build_as(&scene, Precision::F32, 1);
+        let start = simulation.report().gravitational;
+        for _ in 0..120 {
+            run(&mut simulation, 1);
+            let now = simulation.report().kinetic + simulation.report().gravitational;
+            assert!(now < start + back, "d = {d}: {now} J after {start} J");
+        }
     }
 }
 
@@ -174,7 +261,7 @@ fn cloth_lies_on_what_carries_it() {
     let inside = positions(&simulation).into_iter().map(|place: V| 0.3 - norm(place)).fold(0.0, f64::max);
     assert!(inside < 1e-6, "{inside} m inside the ball");
     let (stretch, height) = stretch_and_height(&simulation, 30);
-    assert!(stretch < 0.06, "{stretch}");
+    assert!(stretch < 0.09, "{stretch}");
     // It hangs over the ball and has not slid off.
     assert!(height > -0.1 && height < 0.25, "{height} m");
 }

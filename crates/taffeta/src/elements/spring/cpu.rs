@@ -26,6 +26,8 @@ pub struct Springs<T> {
     bodies: Vec<BodyRows<T>>,
     /// Stretch from which on springs have their tile wait for a solver, if they do.
     stretch_limit: Option<T>,
+    /// Whether springs have energy: as constraints on positions they have forces that their stretch does not say.
+    have_energy: bool,
     /// Of wide grids and of narrow ones.
     sweeps: PerWorker<(Sweep<T>, NarrowSweep<T>)>,
     /// By tile: energy [J], and the largest stretch.
@@ -75,6 +77,7 @@ impl<T: Real> Springs<T> {
             bodies: (context.assembly.bodies.iter().map(|body| BodyRows::new(body, context.nodes.level)))
                 .collect::<Result<_, _>>()?,
             stretch_limit,
+            have_energy: solver.method != Method::Xpbd,
             sweeps: PerWorker::new(context.workers(), |_| {
                 (Sweep::new(columns, stretch_limit), NarrowSweep::new(nodes, stretch_limit))
             }),
@@ -172,7 +175,9 @@ impl<T: Real> Feature<T> for Springs<T> {
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        [sums.all.springs, sums.all.max_stretch] = self.sums_of(|_| true);
+        let [energy, stretch] = self.sums_of(|_| true);
+        sums.all.springs = if self.have_energy { energy } else { 0.0 };
+        sums.all.max_stretch = stretch;
     }
 
     fn bytes(&self) -> usize {

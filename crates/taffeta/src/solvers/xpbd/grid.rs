@@ -2,7 +2,8 @@
 
 use crate::assembly::body::GridDirections;
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::xpbd::levels::{Coloured, Level, Lists};
+#[cfg(test)]
+use crate::solvers::xpbd::levels::Coloured;
 
 /// Rows or columns that are not halved any more.
 const FEW: usize = 4;
@@ -29,6 +30,7 @@ pub struct GridLevels {
 }
 
 /// A direction in which constraints of a grid act, in two colours each.
+#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Between neighbours in a row, and between nodes two apart.
@@ -41,6 +43,7 @@ pub enum Direction {
 
 /// What acts on a grid, in its order. What is in one group acts on rows that no other rows of the group share, so that rows may take their
 /// turn with all that is in the group.
+#[cfg(test)]
 pub const GROUPS: [&[(Direction, usize)]; 5] = [
     &[
         (Direction::Across(1), 0),
@@ -62,6 +65,7 @@ pub const GROUPS: [&[(Direction, usize)]; 5] = [
     &[(Direction::Down(2), 1)],
 ];
 
+#[cfg(test)]
 impl Direction {
     /// Its place among the directions of a grid's springs.
     pub fn index(self) -> usize {
@@ -170,48 +174,66 @@ pub fn parents(level: &GridLevel, [rows, cols]: [usize; 2]) -> Weighted {
     all
 }
 
-/// Constraints of a level: of the grid itself springs, whose lengths are those of their directions, else limits.
-fn constraints(all: &GridLevels, level: &GridLevel, springs: Option<&GridDirections>) -> Coloured {
-    let layout = level.layout();
+/// Constraints of a level: of the grid itself springs, else limits between nodes at these positions.
+#[cfg(test)]
+fn constraints(
+    all: &GridLevels,
+    layout: [usize; 2],
+    springs: Option<&GridDirections>,
+    position: &[[f64; 3]],
+) -> Coloured {
+    use crate::real::{norm, sub};
     let mut coloured = Coloured::default();
     for &(direction, colour) in GROUPS.iter().copied().flatten() {
-        // What acts in the direction, and its squared length.
+        // What acts in the direction, and its length.
         let rest = match (springs, direction) {
             (Some(along), _) => along[direction.index()]
                 .filter(|[k, d, _]| *k > 0.0 || *d > 0.0)
-                .map(|[_, _, length]| length * length),
-            (None, Direction::Diagonal { .. }) => all.diagonals.then_some(all.slack),
-            (None, Direction::Across(step) | Direction::Down(step)) => (step == 1).then_some(all.slack),
+                .map(|[_, _, length]| Some(length)),
+            (None, Direction::Diagonal { .. }) => all.diagonals.then_some(None),
+            (None, Direction::Across(step) | Direction::Down(step)) => (step == 1).then_some(None),
         };
+        let number = |[row, col]: [usize; 2]| (row * layout[1] + col) as u32;
         if let Some(rest) = rest {
-            let number = |[row, col]: [usize; 2]| (row * layout[1] + col) as u32;
-            let pairs = direction.pairs(colour, layout).into_iter();
-            coloured.add(pairs.map(|pair| (pair.map(number), rest, direction.index() as u32)));
+            let between =
+                |[a, b]: [u32; 2]| all.slack.sqrt() * norm(sub(position[b as usize], position[a as usize]));
+            let one = |pair: [[usize; 2]; 2]| {
+                let ends = pair.map(number);
+                let length = rest.unwrap_or_else(|| between(ends));
+                (ends, length * length, direction.index() as u32)
+            };
+            coloured.add(direction.pairs(colour, layout).into_iter().map(one));
         }
     }
     coloured
 }
 
 /// A grid's constraints as lists; materials are by direction.
-pub fn lists(springs: &GridDirections, all: &GridLevels) -> Lists {
-    let level = |[finer_level, level]: &[GridLevel; 2]| {
+#[cfg(test)]
+pub fn lists(
+    springs: &GridDirections,
+    all: &GridLevels,
+    mut nodes: crate::solvers::xpbd::levels::Nodes,
+) -> crate::solvers::xpbd::levels::Lists {
+    use crate::solvers::xpbd::levels::{Level, Lists};
+    let Some(grid) = all.levels.first() else { return Lists::default() };
+    nodes.position = grid.places().collect();
+    let mut levels = Vec::new();
+    for [finer_level, level] in all.levels.array_windows() {
         let ([rows, cols], [finer_rows, finer_cols]) = (level.layout(), finer_level.layout());
         let own = |(row, col): (usize, usize)| {
             let row = finer(row, finer_rows, level.halved[0]);
             (row * finer_cols + finer(col, finer_cols, level.halved[1])) as u32
         };
-        Level {
-            own: (0..rows).flat_map(|row| (0..cols).map(move |col| (row, col))).map(own).collect(),
-            parents: parents(level, finer_level.layout()),
-            limits: constraints(all, level, None),
-        }
-    };
-    let grid = all.levels.first();
+        let own: Vec<u32> = (0..rows).flat_map(|row| (0..cols).map(move |col| (row, col))).map(own).collect();
+        let parents = parents(level, finer_level.layout());
+        nodes = nodes.coarser(&own, &parents);
+        levels.push(Level { own, parents, limits: constraints(all, level.layout(), None, &nodes.position) });
+    }
     Lists {
-        springs: grid.map_or_else(Coloured::default, |grid| constraints(all, grid, Some(springs))),
-        places: grid.map_or_else(Vec::new, |grid| grid.places().collect()),
+        springs: constraints(all, grid.layout(), Some(springs), &[]),
         materials: springs.iter().map(|along| along.map_or([0.0; 2], |[k, d, _]| [k, d])).collect(),
-        levels: all.levels.array_windows().map(level).collect(),
+        levels,
     }
 }
 
@@ -219,6 +241,12 @@ pub fn lists(springs: &GridDirections, all: &GridLevels) -> Lists {
 mod tests {
     use super::*;
     use std::collections::BTreeSet;
+
+    /// Nodes of 0.1 kg.
+    fn nodes(count: usize) -> crate::solvers::xpbd::levels::Nodes {
+        let position = vec![[0.0; 3]; count];
+        crate::solvers::xpbd::levels::Nodes { mass: vec![0.1; count], position, held: vec![false; count] }
+    }
 
     const ALONG: GridDirections = [
         Some([9.0, 0.1, 0.1]),
@@ -232,7 +260,8 @@ mod tests {
     #[test]
     fn every_spring_is_there_once_and_no_two_of_a_colour_meet() {
         for layout in [[5, 7], [8, 6], [2, 3], [4, 1]] {
-            let lists = lists(&ALONG, &GridLevels::new(layout, &ALONG, (16, 1.0)));
+            let lists =
+                lists(&ALONG, &GridLevels::new(layout, &ALONG, (16, 1.0)), nodes(layout[0] * layout[1]));
             for all in std::iter::once(&lists.springs).chain(lists.levels.iter().map(|level| &level.limits)) {
                 let once: BTreeSet<_> = all.ends.iter().collect();
                 assert_eq!(once.len(), all.ends.len());
@@ -263,7 +292,7 @@ mod tests {
                     && (across.1 - 0.8).abs() < 1e-12
             );
         }
-        let lists = lists(&ALONG, &all);
+        let lists = lists(&ALONG, &all, nodes(40 * 9));
         let mut last = 39 * 9 + 8;
         for (level, layout) in lists.levels.iter().zip(&layouts[1..]) {
             assert_eq!(level.own[layout[0] * layout[1] - 1], last);
@@ -274,7 +303,7 @@ mod tests {
     #[test]
     fn what_a_node_follows_is_where_it_is() {
         // A linear field of rows and columns is that of the coarser level where rows are evenly spaced.
-        let all = lists(&ALONG, &GridLevels::new([9, 17], &ALONG, (1, 1.0)));
+        let all = lists(&ALONG, &GridLevels::new([9, 17], &ALONG, (1, 1.0)), nodes(9 * 17));
         let field = |row: usize, col: usize| 3.0 * row as f32 - 2.0 * col as f32;
         for row in 0..9 {
             for col in 0..17 {

@@ -3,19 +3,19 @@
 //! On each level nodes are some of those of the finer one, and the others follow them by weights. A limit is between two nodes of a level
 //! (Matthias Müller, "Hierarchical Position Based Dynamics", VRIPHYS 2008). The place of a node of a level is the mean of those that follow
 //! it, each by its mass and weight, and its mass is theirs: as that is the transpose of how they follow it, a limit changes no momentum, and
-//! does the same work on the level as on the nodes. With the place of one node in its stead, the trembling of that would throw all that
-//! follow it. A limit lets its ends be as far apart as their places are at rest, or as much farther as the cloth between them is
-//! longer than the straight line.
+//! does the same work on the level as on the nodes: the mean restricts, the weights prolongate, as in multigrid methods. If a node
+//! stood where one node of the finer level is, the jitter of that would move all that follow. A limit of a grid lets its ends be as far apart as
+//! they are at rest; one of a mesh as far as the cloth between them is long, or as they are at rest where that is more.
 
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
 use crate::assembly::springs::{SpringKind, SpringList};
+use crate::real::{add, scale};
 use crate::scene::Xpbd;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::xpbd::colours::colours;
-use crate::solvers::xpbd::grid::{self, GridLevels};
+use crate::solvers::xpbd::grid::GridLevels;
 use crate::solvers::xpbd::mesh;
-use std::borrow::Cow;
 use std::ops::Range;
 
 /// Most levels of limits.
@@ -43,8 +43,6 @@ pub enum BodyConstraints {
 pub struct Lists {
     /// Springs, between nodes of the body.
     pub springs: Coloured,
-    /// Places of the nodes at rest [m], that of a grid laid flat.
-    pub places: Vec<[f64; 3]>,
     /// Stiffness [N/m] and damping [kg/s] of each material.
     pub materials: Vec<[f64; 2]>,
     /// From the finest to the coarsest.
@@ -67,7 +65,7 @@ pub struct Level {
 pub struct Coloured {
     /// Nodes at the ends.
     pub ends: Vec<[u32; 2]>,
-    /// Squared length at rest [m²], of limits relative to that of the vector between the places of their ends.
+    /// Squared length at rest [m²].
     pub rest: Vec<f64>,
     /// Which material.
     pub material: Vec<u32>,
@@ -138,16 +136,18 @@ impl BodyConstraints {
         let resists = |list: &SpringList| list.kind == SpringKind::Structural && list.k > 0.0;
         if lists.iter().any(resists) {
             all.levels = mesh::levels(body, limits);
-            all.places = body.start.clone();
         }
         (!all.springs.ends.is_empty()).then_some(Self::Mesh(all))
     }
 
     /// The same as lists, in the order in which they act.
-    pub fn lists(&self) -> Cow<'_, Lists> {
+    #[cfg(test)]
+    pub fn into_lists(self, body: &BodyAssembly) -> Lists {
         match self {
-            Self::Mesh(lists) => Cow::Borrowed(lists),
-            Self::Grid { springs, levels } => Cow::Owned(grid::lists(springs, levels)),
+            Self::Mesh(lists) => lists,
+            Self::Grid { springs, levels } => {
+                crate::solvers::xpbd::grid::lists(&springs, &levels, Nodes::of(body))
+            }
         }
     }
 }
@@ -178,6 +178,51 @@ impl Coloured {
         if from < self.ends.len() {
             self.colours.push(from..self.ends.len());
         }
+    }
+}
+
+/// What the nodes of a level have.
+#[derive(Clone, Debug)]
+pub struct Nodes {
+    /// Mass [kg], and position at rest [m].
+    pub mass: Vec<f64>,
+    pub position: Vec<[f64; 3]>,
+    pub held: Vec<bool>,
+}
+
+impl Nodes {
+    /// Those of a body.
+    pub fn of(body: &BodyAssembly) -> Self {
+        let held = body.free.iter().map(|free| !free).collect();
+        Self { mass: body.mass.clone(), position: body.start.clone(), held }
+    }
+
+    /// Of a coarser level, whose nodes are `own` of these: means of those that follow them; where a held one follows a node most, it
+    /// holds that, its own before others.
+    pub fn coarser(&self, own: &[u32], parents: &Weighted) -> Self {
+        let count = own.len();
+        let (mut mass, mut sums, mut holder) = (vec![0.0; count], vec![[0.0; 3]; count], vec![None; count]);
+        for row in 0..parents.rows() {
+            let of = parents.row(row);
+            for &(parent, weight) in of {
+                let share = f64::from(weight) * self.mass[row];
+                mass[parent as usize] += share;
+                sums[parent as usize] = add(sums[parent as usize], scale(self.position[row], share));
+            }
+            let most = of.iter().reduce(|most, one| if one.1 > most.1 { one } else { most });
+            if let Some(&(most, _)) = most.filter(|_| self.held[row]) {
+                let holder = &mut holder[most as usize];
+                if *holder != Some(own[most as usize] as usize) {
+                    *holder = Some(row);
+                }
+            }
+        }
+        let position = (0..count).map(|node| match holder[node] {
+            Some(row) => self.position[row],
+            None if mass[node] > 0.0 => scale(sums[node], 1.0 / mass[node]),
+            None => self.position[own[node] as usize],
+        });
+        Self { position: position.collect(), mass, held: holder.iter().map(Option::is_some).collect() }
     }
 }
 

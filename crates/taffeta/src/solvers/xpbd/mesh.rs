@@ -3,7 +3,7 @@
 use crate::assembly::body::BodyAssembly;
 use crate::real::{cross, dot, norm, sub};
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::xpbd::levels::{Coloured, Level};
+use crate::solvers::xpbd::levels::{Coloured, Level, Nodes};
 use crate::topology::Csr;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -11,8 +11,11 @@ use std::collections::{BTreeMap, BinaryHeap};
 /// Nodes from which on there is no coarser level.
 const FEW: usize = 24;
 
-/// How many times as long as the straight line the cloth between two nodes is at most.
-const FOLDED: f64 = 4.0;
+/// Most neighbours of the nearest node that a node lies between.
+const NEIGHBOURS: usize = 9;
+
+/// How far the mean of those that follow a node may be from it, relative to the distance of another, where cloth is flat.
+const FLAT: f64 = 0.15;
 
 /// Cosine of the angle from which on a border has a corner.
 const STRAIGHT: f64 = 0.7;
@@ -28,8 +31,8 @@ pub fn levels(body: &BodyAssembly, (most, slack): (usize, f64)) -> Vec<Level> {
     let pieces = body.surface_pieces();
     let pairs: Vec<[u32; 2]> = pieces.iter().map(|(pair, _)| *pair).collect();
     let surface = Surface { by_node: Csr::corners(body.nodes, &pairs), pieces };
-    let ranks = ranks(body);
-    let mut all = Vec::new();
+    let (ranks, borders) = ranks(body);
+    let (mut all, mut level) = (Vec::new(), Nodes::of(body));
     // Nodes of the finer level by their numbers in the body, and its edges.
     let mut finer: Vec<u32> = (0..body.nodes as u32).collect();
     let mut edges: Vec<[u32; 2]> = body.edges.iter().flat_map(|edges| &edges.pairs).copied().collect();
@@ -43,17 +46,39 @@ pub fn levels(body: &BodyAssembly, (most, slack): (usize, f64)) -> Vec<Level> {
         let limits = surface.between(&nodes);
         edges = limits.keys().copied().collect();
         let parents = parents(&body.start, (&finer, &nodes), &surface.nearest(&nodes).0, &edges);
-        // Where the cloth starts folded up, places say little about directions.
-        let relative = |(ends, length): ([u32; 2], f64)| {
-            let [a, b] = ends.map(|node| body.start[nodes[node as usize] as usize]);
-            let straight = norm(sub(b, a));
-            (FOLDED * straight > length).then(|| (ends, slack * length / straight, 0))
-        };
-        let limits: Vec<_> = limits.into_iter().filter_map(relative).collect();
+        level = level.coarser(&own, &parents);
+        let flat = Flat { start: &body.start, nodes: &nodes, means: &level.position, borders: &borders };
+        let limits: Vec<_> =
+            limits.into_iter().map(|(ends, along)| (ends, slack * flat.length(ends, along), 0)).collect();
         all.push(Level { own, parents, limits: Coloured::new(nodes.len(), limits.into_iter()) });
         finer = nodes;
     }
     all
+}
+
+/// Nodes of a level and their means, at the start.
+struct Flat<'a> {
+    start: &'a [[f64; 3]],
+    nodes: &'a [u32],
+    means: &'a [[f64; 3]],
+    borders: &'a [bool],
+}
+
+impl Flat<'_> {
+    /// How far the means of two nodes may be apart [m], between which the cloth is `along` long. Where it starts flat, as far as they are
+    /// then; where it starts folded, means are nearer than the cloth will let them be.
+    fn length(&self, [a, b]: [u32; 2], along: f64) -> f64 {
+        let node = |one: u32| self.start[self.nodes[one as usize] as usize];
+        let [means, straight] =
+            [sub(self.means[b as usize], self.means[a as usize]), sub(node(b), node(a))].map(norm);
+        // On a border the mean is inside of the node, in a fold as well.
+        let is_flat = |one: u32| {
+            let border = self.borders[self.nodes[one as usize] as usize];
+            border || norm(sub(self.means[one as usize], node(one))) < FLAT * along
+        };
+        let near = straight > 0.5 * along && is_flat(a) && is_flat(b);
+        if near { means * along / straight } else { along.max(means) }
+    }
 }
 
 /// Which nodes are chosen for coarser levels first: those that pins hold, so that no level forgets a pin; then corners of borders, and borders,
@@ -66,9 +91,10 @@ enum Rank {
     Inside,
 }
 
-fn ranks(body: &BodyAssembly) -> Vec<Rank> {
+/// The rank of each node, and whether it is on a border.
+fn ranks(body: &BodyAssembly) -> (Vec<Rank>, Vec<bool>) {
     let mut all = vec![Rank::Inside; body.nodes];
-    let Some(edges) = &body.edges else { return all };
+    let Some(edges) = &body.edges else { return (all, vec![false; body.nodes]) };
     let local = |node: u32| body.solver_local(node as usize);
     edges.boundary_nodes().into_iter().for_each(|node| all[local(node)] = Rank::Border);
     for border in edges.borders().loops {
@@ -81,10 +107,11 @@ fn ranks(body: &BodyAssembly) -> Vec<Rank> {
             }
         }
     }
+    let borders = all.iter().map(|&rank| rank != Rank::Inside).collect();
     for (rank, free) in all.iter_mut().zip(&body.free) {
         *rank = if *free { *rank } else { Rank::Held };
     }
-    all
+    (all, borders)
 }
 
 /// Nodes of a level of which no two are neighbours, and of which every other node has one (Luby 1986; here in order, so that it is
@@ -164,11 +191,15 @@ fn parents(
             all.push((first != u32::MAX).then_some((first, 1.0)));
             continue;
         }
-        let around: Vec<u32> = by_node
+        let mut around: Vec<u32> = by_node
             .row(first as usize)
             .iter()
             .map(|&end| edges[end as usize / 2][1 - end as usize % 2])
             .collect();
+        // A hub has many neighbours, of which the nearest do.
+        let far = |other: &u32| norm(sub(place(*other), places[node as usize]));
+        around.sort_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b)));
+        around.truncate(NEIGHBOURS);
         all.push(weights(places[node as usize], first, &around, place));
     }
     all

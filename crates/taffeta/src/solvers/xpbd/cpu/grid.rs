@@ -228,7 +228,7 @@ fn between_rows<T: Real>(acting: Acting<'_, T>, [mut upper, mut lower]: [Nodes<'
 }
 
 /// Kernel: the means of nodes of a finer level, at some rows of the coarser one.
-pub struct Average<'a, T> {
+pub struct Restrict<'a, T> {
     pub shape: Shape,
     /// Rows and columns of the finer level, its nodes and their masses.
     pub finer: [usize; 2],
@@ -243,7 +243,7 @@ pub struct Average<'a, T> {
     pub row: &'a mut Vec<T>,
 }
 
-impl<T: Real> Kernel for Average<'_, T> {
+impl<T: Real> Kernel for Restrict<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -321,7 +321,7 @@ fn fold<T: Real>(means: &mut [T], [even, odd]: [&[T]; 2], inverse: &[T]) {
 }
 
 /// Kernel: has rows of a finer level go where those of the coarser one went.
-pub struct Follow<'a, T> {
+pub struct Prolongate<'a, T> {
     /// Positions of some rows of the finer level, and their inverse masses.
     pub position: [&'a mut [T]; 3],
     pub inverse_mass: &'a [T],
@@ -333,7 +333,7 @@ pub struct Follow<'a, T> {
     pub shape: Shape,
 }
 
-impl<T: Real> Kernel for Follow<'_, T> {
+impl<T: Real> Kernel for Prolongate<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -347,12 +347,12 @@ impl<T: Real> Kernel for Follow<'_, T> {
                 let first = &moved[a * coarse_cols..(a + 1) * coarse_cols];
                 let second = (a != b).then(|| &moved[b * coarse_cols..(b + 1) * coarse_cols]);
                 match (self.shape.halved[1], second) {
-                    (false, None) => follow_row(finer, mass, |col| first[col]),
+                    (false, None) => prolongate_row(finer, mass, |col| first[col]),
                     (false, Some(second)) => {
-                        follow_row(finer, mass, |col| half * (first[col] + second[col]));
+                        prolongate_row(finer, mass, |col| half * (first[col] + second[col]));
                     }
-                    (true, None) => follow_halved(finer, mass, first, first, true),
-                    (true, Some(second)) => follow_halved(finer, mass, first, second, false),
+                    (true, None) => prolongate_halved(finer, mass, first, first, true),
+                    (true, Some(second)) => prolongate_halved(finer, mass, first, second, false),
                 }
             }
         }
@@ -360,7 +360,7 @@ impl<T: Real> Kernel for Follow<'_, T> {
 }
 
 #[inline(always)]
-fn follow_row<T: Real>(finer: &mut [T], inverse_mass: &[T], moved: impl Fn(usize) -> T) {
+fn prolongate_row<T: Real>(finer: &mut [T], inverse_mass: &[T], moved: impl Fn(usize) -> T) {
     for (col, (x, &w)) in finer.iter_mut().zip(inverse_mass).enumerate() {
         let by = moved(col);
         *x += if w > T::ZERO { by } else { T::ZERO };
@@ -369,7 +369,7 @@ fn follow_row<T: Real>(finer: &mut [T], inverse_mass: &[T], moved: impl Fn(usize
 
 /// A row with twice as many columns as the coarser ones, on the first of them or halfway to the second.
 #[inline(always)]
-fn follow_halved<T: Real>(finer: &mut [T], inverse_mass: &[T], first: &[T], second: &[T], is_on: bool) {
+fn prolongate_halved<T: Real>(finer: &mut [T], inverse_mass: &[T], first: &[T], second: &[T], is_on: bool) {
     let [half, quarter] = [0.5, 0.25].map(T::from_f64);
     let (pairs, last) = finer.as_chunks_mut::<2>();
     let (masses, last_mass) = inverse_mass.as_chunks::<2>();

@@ -29,7 +29,7 @@ impl<T: Real> Pull<T> for Undamped<T> {
     const LOOKS_BACK: bool = false;
     #[inline(always)]
     fn pull(&self, _: usize, now: [T; 3], _: [T; 3], rest: T, inverse_mass: T) -> T {
-        self.0.pull(dot(now, now), rest, inverse_mass, T::ZERO)
+        self.0.undamped(dot(now, now), rest, inverse_mass)
     }
 }
 
@@ -48,7 +48,19 @@ impl<T: Real> Pull<T> for Mixed<T> {
     }
 }
 
-/// Limits: the places that the ends had before are those at rest, and squared lengths relative to the distance there.
+/// Limits of meshes, by their squared lengths.
+#[derive(Clone, Copy)]
+pub struct Length;
+
+impl<T: Real> Pull<T> for Length {
+    const LOOKS_BACK: bool = false;
+    #[inline(always)]
+    fn pull(&self, _: usize, now: [T; 3], _: [T; 3], rest: T, inverse_mass: T) -> T {
+        limit(dot(now, now), rest, inverse_mass)
+    }
+}
+
+/// Limits of grids: the places that the ends had before are those at rest, and squared lengths relative to the distance there.
 #[derive(Clone, Copy)]
 pub struct Limit;
 

@@ -4,7 +4,7 @@ use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::xpbd::cpu::kernels::{Block, Limit, Mixed, Pull, act};
+use crate::solvers::xpbd::cpu::kernels::{Block, Length, Mixed, Pull, act};
 use crate::solvers::xpbd::cpu::level::{FREE, LevelNodes};
 use crate::solvers::xpbd::levels::{self, Coloured, Lists};
 use crate::solvers::xpbd::project::Stiffness;
@@ -14,8 +14,6 @@ use std::ops::Range;
 /// A body by lists.
 pub struct ListBody<T> {
     pub springs: ColourLists<T>,
-    /// Places of its nodes at rest [m].
-    pub rest: [Vec<T>; 3],
     pub materials: Vec<[f64; 2]>,
     pub levels: Vec<ListLevel<T>>,
     /// Nodes of the levels.
@@ -26,7 +24,7 @@ pub struct ListBody<T> {
 #[derive(Default)]
 pub struct ColourLists<T> {
     pub ends: [Vec<u32>; 2],
-    /// Squared lengths at rest [m²], of limits relative to the distance of the ends there.
+    /// Squared lengths at rest [m²].
     pub rest: Vec<T>,
     pub material: Vec<u32>,
     /// How many of each sixteen act.
@@ -87,7 +85,6 @@ impl<T: Real> ListBody<T> {
         Self {
             nodes,
             springs: ColourLists::new(&lists.springs),
-            rest: [0, 1, 2].map(|axis| lists.places.iter().map(|place| T::from_f64(place[axis])).collect()),
             materials: lists.materials.clone(),
             levels: all,
         }
@@ -100,8 +97,7 @@ impl<T: Real> ListBody<T> {
             4 * level.own.len() + parents + children + level.limits.bytes()
         };
         let levels: usize = self.levels.iter().map(of_level).sum();
-        let rest: usize = self.rest.iter().map(|column| size_of_val(&column[..])).sum();
-        levels + rest + self.springs.bytes() + self.nodes.iter().map(LevelNodes::bytes).sum::<usize>()
+        levels + self.springs.bytes() + self.nodes.iter().map(LevelNodes::bytes).sum::<usize>()
     }
 }
 
@@ -149,7 +145,7 @@ impl<T: Real> ListLevel<T> {
 
     /// How far a node of the finer level goes with those that it follows.
     #[inline(always)]
-    pub fn way(&self, row: usize, moved: &[T]) -> T {
+    pub fn displacement(&self, row: usize, moved: &[T]) -> T {
         let mut by = T::ZERO;
         for &(parent, weight) in self.parents.row(row) {
             by += T::from_f64(f64::from(weight)) * moved[parent as usize];
@@ -191,7 +187,7 @@ impl<T: Real> Kernel for ActLists<'_, T> {
     fn run(self) {
         for sixteen in self.sixteens.clone() {
             match self.springs {
-                None => self.act(sixteen, &Limit),
+                None => self.act(sixteen, &Length),
                 Some(springs) => {
                     let of = &self.lists.material[sixteen * LANES..(sixteen + 1) * LANES];
                     let mut mixed = Mixed { elastic: [T::ZERO; LANES], damping: [T::ZERO; LANES] };

@@ -4,10 +4,10 @@
 //! colour. No bit depends on that, as constraints of a colour share no node.
 
 mod grid;
-mod hand;
 mod kernels;
 mod level;
 mod lists;
+mod solver;
 
 use crate::cpu::backend::Context;
 use crate::cpu::cells::PerWorker;
@@ -20,8 +20,8 @@ use crate::real::Real;
 use crate::solvers::xpbd::levels::BodyConstraints;
 use crate::step::{Marks, Op};
 use grid::GridBody;
-use hand::{Hand, own};
 use lists::ListBody;
+use solver::{BodySolver, own};
 use std::ops::Range;
 
 /// Nodes up to which a body or level is solved by one worker: others would wait longer for it than it takes.
@@ -77,7 +77,7 @@ impl<T: Real> PositionConstraints<T> {
     }
 }
 
-impl<T: Real> Hand<'_, '_, T> {
+impl<T: Real> BodySolver<'_, '_, T> {
     fn solve(&self, body: &Body<T>) {
         self.keep(&body.places);
         match &body.form {
@@ -104,11 +104,11 @@ impl<T: Real> Feature<T> for PositionConstraints<T> {
         };
         for (number, body) in bodies().filter(|body| body.places.len() <= ALONE).enumerate() {
             if number % worker.workers == worker.index {
-                Hand { all: self, worker, is_alone: true }.solve(body);
+                BodySolver { all: self, worker, is_alone: true }.solve(body);
             }
         }
         for body in bodies().filter(|body| body.places.len() > ALONE) {
-            Hand { all: self, worker, is_alone: worker.workers == 1 }.solve(body);
+            BodySolver { all: self, worker, is_alone: worker.workers == 1 }.solve(body);
         }
         worker.mark_moved(|tile| {
             let body = worker.nodes.tiles[tile].body;
@@ -164,9 +164,12 @@ mod tests {
         let scene = Scene::new("").time(0.02, 0.005).method(Method::Xpbd).body(sheet);
         let mut assembly = Assembly::new(&scene).unwrap();
         if by_lists {
-            for one in assembly.extensions.get_mut::<Constraints>().0.iter_mut().flatten() {
-                *one = BodyConstraints::Mesh(one.lists().into_owned());
-            }
+            let all = std::mem::take(&mut assembly.extensions.get_mut::<Constraints>().0);
+            let by_lists = |(one, body): (Option<BodyConstraints>, _)| {
+                one.map(|one| BodyConstraints::Mesh(one.into_lists(body)))
+            };
+            let all = all.into_iter().zip(&assembly.bodies).map(by_lists).collect();
+            assembly.extensions.get_mut::<Constraints>().0 = all;
         }
         let mut backend = features::on_cpu::<f64>(assembly, Team::new(1)).unwrap();
         for frame in 0..20 {
@@ -177,7 +180,7 @@ mod tests {
 
     #[test]
     fn grids_move_by_rows_as_by_lists() {
-        for layout in [[7, 9], [12, 40], [5, 37], [4, 2], [21, 18]] {
+        for layout in [[7, 9], [12, 40], [5, 37], [4, 2], [21, 18], [2, 2], [4, 4], [3, 5]] {
             let (rows, lists) = (after(layout, false), after(layout, true));
             let moved =
                 rows.iter().zip(&lists).flat_map(|(a, b)| [0, 1, 2].map(|axis| (a[axis] - b[axis]).abs()));

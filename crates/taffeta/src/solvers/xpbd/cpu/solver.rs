@@ -3,7 +3,7 @@
 use crate::cpu::shared::Shared;
 use crate::cpu::worker::Worker;
 use crate::real::Real;
-use crate::solvers::xpbd::cpu::grid::{Acting, Average, Follow, GridBody, Pass, Sweep, holder};
+use crate::solvers::xpbd::cpu::grid::{Acting, GridBody, Pass, Prolongate, Restrict, Sweep, holder};
 use crate::solvers::xpbd::cpu::kernels::Nodes;
 use crate::solvers::xpbd::cpu::level::{FREE, LevelNodes};
 use crate::solvers::xpbd::cpu::lists::{ActLists, ListBody};
@@ -35,12 +35,12 @@ struct Level<'s, T> {
     /// By node.
     inverse_mass: &'s [T],
     mass: &'s [T],
-    /// Places at rest [m], as far as there are coarser levels.
+    /// Positions at rest [m], of a grid with coarser levels.
     rest: [&'s [T]; 3],
 }
 
 impl<'s, T: Real> Level<'s, T> {
-    fn of_body(worker: &'s Worker<'_, T>, places: &Range<usize>, rest: &'s [Vec<T>; 3]) -> Self {
+    fn of_body(worker: &'s Worker<'_, T>, places: &Range<usize>, rest: [&'s [T]; 3]) -> Self {
         let [x, y, z, ..] = worker.next();
         Self {
             position: [x, y, z],
@@ -48,7 +48,7 @@ impl<'s, T: Real> Level<'s, T> {
             count: places.len(),
             inverse_mass: &worker.nodes.inverse_mass[places.clone()],
             mass: &worker.nodes.mass[places.clone()],
-            rest: rest.each_ref().map(|column| &column[..]),
+            rest,
         }
     }
 
@@ -64,8 +64,9 @@ impl<'s, T: Real> Level<'s, T> {
     }
 
     /// Where they are, written before a barrier.
-    fn places(&self) -> [&'s [T]; 3] {
-        self.position.map(|column| &read(column)[self.first..self.first + self.count])
+    fn positions(&self) -> [&'s [T]; 3] {
+        // SAFETY: as of `own`; of the column only this body or level is read.
+        self.position.map(|column| unsafe { column.read_part(self.first..self.first + self.count) })
     }
 
     /// Where some of them are, to move them.
@@ -75,13 +76,13 @@ impl<'s, T: Real> Level<'s, T> {
 }
 
 /// A worker that solves a body, alone or as one of all.
-pub struct Hand<'w, 'a, T> {
+pub struct BodySolver<'w, 'a, T> {
     pub all: &'w PositionConstraints<T>,
     pub worker: &'w Worker<'a, T>,
     pub is_alone: bool,
 }
 
-impl<T: Real> Hand<'_, '_, T> {
+impl<T: Real> BodySolver<'_, '_, T> {
     /// Its part of so many things.
     fn part(&self, count: usize) -> Range<usize> {
         if self.is_alone { 0..count } else { self.worker.part(count) }
@@ -125,25 +126,25 @@ impl<T: Real> Hand<'_, '_, T> {
     fn grid_level<'s>(&'s self, grid: &'s GridBody<T>, level: usize, places: &Range<usize>) -> Level<'s, T> {
         match level.checked_sub(1) {
             Some(level) => Level::of(&grid.nodes[level]),
-            None => Level::of_body(self.worker, places, &grid.rest),
+            None => Level::of_body(self.worker, places, grid.rest.each_ref().map(|column| &column[..])),
         }
     }
 
     pub fn solve_grid(&self, grid: &GridBody<T>, places: &Range<usize>) {
         let count = grid.nodes.len();
         for level in 1..=count {
-            self.together(grid.nodes[level - 1].len(), |hand| hand.take(grid, level, places));
+            self.together(grid.nodes[level - 1].len(), |solver| solver.restrict(grid, level, places));
         }
         for level in (1..=count).rev() {
-            self.together(grid.nodes[level - 1].len(), |hand| {
-                hand.follow(grid, level, places);
+            self.together(grid.nodes[level - 1].len(), |solver| {
+                solver.prolongate(grid, level, places);
                 for _ in 0..sweeps(level) {
-                    hand.sweep(Pass::LIMITS, (grid, level), places, Acting::Limits(grid.limits));
+                    solver.sweep(Pass::LIMITS, (grid, level), places, Acting::Limits(grid.limits));
                 }
-                hand.measure_way(&grid.nodes[level - 1]);
+                solver.store_displacements(&grid.nodes[level - 1]);
             });
         }
-        self.follow(grid, 0, places);
+        self.prolongate(grid, 0, places);
         let springs = grid.springs(self.worker.substep.h.to_f64(), self.all.sweeps);
         for _ in 0..self.all.sweeps {
             self.sweep(Pass::ALL, (grid, 0), places, Acting::Springs(&springs));
@@ -151,7 +152,7 @@ impl<T: Real> Hand<'_, '_, T> {
     }
 
     /// Finds where the nodes of a level are from those of the finer one, and once a frame where they are at rest and what holds them.
-    fn take(&self, grid: &GridBody<T>, level: usize, places: &Range<usize>) {
+    fn restrict(&self, grid: &GridBody<T>, level: usize, places: &Range<usize>) {
         let (shape, nodes) = (grid.shapes[level], &grid.nodes[level - 1]);
         let (finer, above) = (grid.shapes[level - 1].layout, self.grid_level(grid, level - 1, places));
         let [rows, cols] = shape.layout;
@@ -166,7 +167,7 @@ impl<T: Real> Hand<'_, '_, T> {
         }
         let mut row = self.all.rows.of(self.worker.index);
         let mut average = |position: [&[T]; 3], means: &[Shared<T>; 3]| {
-            self.worker.nodes.level.run(Average {
+            self.worker.nodes.level.run(Restrict {
                 shape,
                 finer,
                 position,
@@ -181,13 +182,13 @@ impl<T: Real> Hand<'_, '_, T> {
         if self.is_first() {
             average(above.rest, &nodes.rest);
         }
-        average(above.places(), &nodes.position);
+        average(above.positions(), &nodes.position);
         keep_starts(nodes, part);
         self.wait();
     }
 
     /// Puts how far a level's nodes have gone where their starts were.
-    fn measure_way(&self, nodes: &LevelNodes<T>) {
+    fn store_displacements(&self, nodes: &LevelNodes<T>) {
         let part = self.part(nodes.len());
         for (position, start) in nodes.position.iter().zip(&nodes.start) {
             let (start, position) = (own(start, part.clone()), &read(position)[part.clone()]);
@@ -197,12 +198,12 @@ impl<T: Real> Hand<'_, '_, T> {
     }
 
     /// Has the nodes of a level follow those of the coarser one, if there is one.
-    fn follow(&self, grid: &GridBody<T>, level: usize, places: &Range<usize>) {
+    fn prolongate(&self, grid: &GridBody<T>, level: usize, places: &Range<usize>) {
         let Some(coarser) = grid.nodes.get(level) else { return };
         let (layout @ [rows, cols], all) = (grid.shapes[level].layout, self.grid_level(grid, level, places));
         let rows = self.part(rows);
         let part = rows.start * cols..rows.end * cols;
-        self.worker.nodes.level.run(Follow {
+        self.worker.nodes.level.run(Prolongate {
             position: all.own(part.clone()),
             inverse_mass: &all.inverse_mass[part],
             rows,
@@ -255,25 +256,25 @@ impl<T: Real> Hand<'_, '_, T> {
     ) -> Level<'s, T> {
         match level.checked_sub(1) {
             Some(level) => Level::of(&body.nodes[level]),
-            None => Level::of_body(self.worker, places, &body.rest),
+            None => Level::of_body(self.worker, places, [&[]; 3]),
         }
     }
 
     pub fn solve_lists(&self, body: &ListBody<T>, places: &Range<usize>) {
         let count = body.levels.len();
         for level in 1..=count {
-            self.together(body.nodes[level - 1].len(), |hand| hand.take_listed(body, level, places));
+            self.together(body.nodes[level - 1].len(), |solver| solver.restrict_listed(body, level, places));
         }
         for level in (1..=count).rev() {
-            self.together(body.nodes[level - 1].len(), |hand| {
-                hand.follow_listed(body, level, places);
+            self.together(body.nodes[level - 1].len(), |solver| {
+                solver.prolongate_listed(body, level, places);
                 for _ in 0..sweeps(level) {
-                    hand.act((body, level), places, None);
+                    solver.act((body, level), places, None);
                 }
-                hand.measure_way(&body.nodes[level - 1]);
+                solver.store_displacements(&body.nodes[level - 1]);
             });
         }
-        self.follow_listed(body, 0, places);
+        self.prolongate_listed(body, 0, places);
         let (h, sweeps) = (self.worker.substep.h.to_f64(), self.all.sweeps);
         let springs: Vec<_> = body.materials.iter().map(|&of| Stiffness::new(of, h, sweeps)).collect();
         for _ in 0..sweeps {
@@ -281,8 +282,8 @@ impl<T: Real> Hand<'_, '_, T> {
         }
     }
 
-    /// As [`Self::take`].
-    fn take_listed(&self, body: &ListBody<T>, level: usize, places: &Range<usize>) {
+    /// As [`Self::restrict`].
+    fn restrict_listed(&self, body: &ListBody<T>, level: usize, places: &Range<usize>) {
         let (list, nodes) = (&body.levels[level - 1], &body.nodes[level - 1]);
         let above = self.listed_level(body, level - 1, places);
         let part = self.part(nodes.len());
@@ -305,16 +306,13 @@ impl<T: Real> Hand<'_, '_, T> {
                 }
             }
         };
-        if self.is_first() {
-            average(above.rest, &nodes.rest);
-        }
-        average(above.places(), &nodes.position);
+        average(above.positions(), &nodes.position);
         keep_starts(nodes, part.clone());
         self.wait();
     }
 
-    /// As [`Self::follow`].
-    fn follow_listed(&self, body: &ListBody<T>, level: usize, places: &Range<usize>) {
+    /// As [`Self::prolongate`].
+    fn prolongate_listed(&self, body: &ListBody<T>, level: usize, places: &Range<usize>) {
         let (Some(coarser), Some(list)) = (body.nodes.get(level), body.levels.get(level)) else { return };
         let all = self.listed_level(body, level, places);
         let part = self.part(all.count);
@@ -322,7 +320,7 @@ impl<T: Real> Hand<'_, '_, T> {
             let moved = read(moved);
             for (x, row) in finer.iter_mut().zip(part.clone()) {
                 if all.inverse_mass[row] > T::ZERO {
-                    *x += list.way(row, moved);
+                    *x += list.displacement(row, moved);
                 }
             }
         }
@@ -338,7 +336,7 @@ impl<T: Real> Hand<'_, '_, T> {
     ) {
         let all = self.listed_level(body, level, places);
         let (lists, before) = match level.checked_sub(1) {
-            Some(level) => (&body.levels[level].limits, all.rest),
+            Some(level) => (&body.levels[level].limits, [&[][..]; 3]),
             None => (&body.springs, self.old(places)),
         };
         for colour in &lists.colours {
