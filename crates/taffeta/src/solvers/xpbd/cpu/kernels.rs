@@ -136,6 +136,7 @@ impl<T: Real, const N: usize> Block<T, N> {
 
 /// Lets constraints act, each between a lane of `a` and that of `b`.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "a lane of many columns")]
 pub fn act<T: Real, P: Pull<T>, const N: usize>(
     pull: &P,
     a: &mut Block<T, N>,
@@ -156,9 +157,9 @@ pub fn act<T: Real, P: Pull<T>, const N: usize>(
         a.x[lane] += by_a * dx;
         a.y[lane] += by_a * dy;
         a.z[lane] += by_a * dz;
-        b.x[lane] = b.x[lane] - by_b * dx;
-        b.y[lane] = b.y[lane] - by_b * dy;
-        b.z[lane] = b.z[lane] - by_b * dz;
+        b.x[lane] -= by_b * dx;
+        b.y[lane] -= by_b * dy;
+        b.z[lane] -= by_b * dz;
     }
 }
 

@@ -219,6 +219,7 @@ impl<T: Real> ActLists<'_, T> {
     }
 
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "a lane of many columns")]
     fn take<P: Pull<T>>(&self, at: usize, end: usize) -> Block<T, LANES> {
         let mut all = Block::NONE;
         let ends = &self.lists.ends[end][at..at + LANES];
