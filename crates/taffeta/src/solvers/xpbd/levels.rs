@@ -1,11 +1,11 @@
 //! What the springs of a body become: constraints by colour, and coarser levels of limits.
 //!
 //! On each level nodes are some of those of the finer one, and the others follow them by weights. A limit is between two nodes of a level
-//! (Matthias Müller, "Hierarchical Position Based Dynamics", VRIPHYS 2008). The place of a node of a level is the mean of those that follow
-//! it, each by its mass and weight, and its mass is theirs: as that is the transpose of how they follow it, a limit changes no momentum, and
-//! does the same work on the level as on the nodes: the mean restricts, the weights prolongate, as in multigrid methods. If a node
-//! stood where one node of the finer level is, the jitter of that would move all that follow. A limit of a grid lets its ends be as far apart as
-//! they are at rest; one of a mesh as far as the cloth between them is long, or as they are at rest where that is more.
+//! (Matthias Müller, "Hierarchical Position Based Dynamics", VRIPHYS 2008). A node of a level is at the mean of those that follow
+//! it, each by its mass and weight, and has their mass: the mean restricts, the weights prolongate, as in multigrid methods. As one is the
+//! transpose of the other, a limit changes no momentum, and does the same work on the level as on the nodes. If a node stood where one
+//! node of the finer level is, the jitter of that would move all that follow. A limit lets its ends be as far apart as they are at rest,
+//! but on a mesh that starts folded as far as the cloth between them is long.
 
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
