@@ -87,7 +87,7 @@ fn what_cannot_go_together_is_refused_before_anything_is_written() {
     refused(&["bench", "grid", "--backend", "gpu", "--precision", "f64"], &bits);
     refused(&with(&["--gpu-from", "springs"]), &["--gpu-from is for --backend gpu"]);
     refused(&with(&["--gpu-from", "springs", "--backend", "cpu"]), &["--gpu-from is for --backend gpu"]);
-    let stages = "elements, loads, springs, constraints, volumes, integrate, pins, contact, attach, pairs, project, filter, diagnose";
+    let stages = "elements, loads, springs, constraints, volumes, integrate, pins, contact, positions, attach, pairs, project, filter, diagnose";
     refused(&with(&["--gpu-from", "spring", "--backend", "gpu"]), &["invalid value 'spring'", stages]);
     refused(&["bench", "grid", "--kernels", "plain"], &["--kernels is for --backend gpu"]);
 }
