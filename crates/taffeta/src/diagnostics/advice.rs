@@ -242,7 +242,7 @@ impl StepLimit {
                 .to_owned()
                 .into()
         } else if self.method == Method::Xpbd {
-            "Springs that are constraints on positions hold in any step where their damping is below m/h, so look at that, at forces, wind, pins and colliders (one that moves far in \
+            "Springs that are constraints on positions hold in any step, so look at forces, wind, pins and colliders (one that moves far in \
              a step tears what it holds)"
                 .to_owned()
                 .into()

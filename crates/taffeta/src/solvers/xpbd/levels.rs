@@ -226,6 +226,11 @@ impl Nodes {
     }
 }
 
+/// The least of some masses [kg], but for nodes without any.
+pub fn lightest(masses: &[f64]) -> f64 {
+    masses.iter().copied().filter(|&mass| mass > 0.0).fold(f64::INFINITY, f64::min)
+}
+
 /// Masses of the nodes of a level [kg], from those of the finer one.
 pub fn masses(parents: &Weighted, nodes: usize, finer: &[f64]) -> Vec<f64> {
     let mut all = vec![0.0; nodes];

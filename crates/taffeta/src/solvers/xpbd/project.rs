@@ -7,6 +7,9 @@
 
 use crate::real::Real;
 
+/// Damping, relative to a mass, that takes nearly all motion along a spring: more would only resist what limits do, until cloth blows up.
+const DAMPED: f64 = 8.0;
+
 /// The spring constants of a sub-step of length h: k h² and d h [kg].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness<T> {
@@ -16,10 +19,11 @@ pub struct Stiffness<T> {
 
 impl<T: Real> Stiffness<T> {
     /// Of stiffness [N/m] and damping [kg/s] in a sub-step [s], shared evenly by so many sweeps: springs that yield are as stiff with any
-    /// number of them.
-    pub fn new([k, d]: [f64; 2], h: f64, sweeps: usize) -> Self {
+    /// number of them. Damping counts up to [`DAMPED`] times the mass of the lightest node [kg].
+    pub fn new([k, d]: [f64; 2], h: f64, sweeps: usize, lightest: f64) -> Self {
         let share = 1.0 / sweeps as f64;
-        Self { elastic: T::from_f64(share * k * h * h), damping: T::from_f64(share * d * h) }
+        let damping = (share * d * h).min(DAMPED * lightest);
+        Self { elastic: T::from_f64(share * k * h * h), damping: T::from_f64(damping) }
     }
 
     /// What both ends of a spring are moved by, divided by their inverse masses and along the vector d between them [kg]: the first
@@ -76,7 +80,7 @@ mod tests {
     fn a_spring_bears_a_load_at_its_own_stretch() {
         // In each sub-step gravity opens a spring by g h², and it closes by as much, at the stretch m g/k.
         let (m, k, h, rest) = (0.02, 400.0, 1e-3, 0.5);
-        let stiffness = Stiffness::<f64>::new([k, 0.0], h, 1);
+        let stiffness = Stiffness::<f64>::new([k, 0.0], h, 1, m);
         let fall = 9.81 * h * h;
         let before = rest + m * 9.81 / k + fall;
         let pull = stiffness.pull(before * before, rest * rest, 1.0 / m, 0.0);
@@ -88,7 +92,7 @@ mod tests {
     fn damping_takes_from_what_has_changed() {
         // No stretch, ends that have come apart by 1 mm: of it damping takes 2 w d h/(1 + 2 w d h).
         let (d, h, w, rest) = (0.3, 0.01, 4.0, 0.5);
-        let stiffness = Stiffness::<f64>::new([0.0, d], h, 1);
+        let stiffness = Stiffness::<f64>::new([0.0, d], h, 1, 0.25);
         let change = rest * 1e-3;
         let pull = stiffness.pull(rest * rest, rest * rest, 2.0 * w, change);
         let taken = 2.0 * w * pull * rest;
@@ -101,7 +105,7 @@ mod tests {
         // Ends that come apart at ten times the length at rest keep some of that, with any damping.
         let (rest, before, now) = (0.01_f64, 0.1, 0.11);
         for d in [1.0, 1e3, 1e6] {
-            let stiffness = Stiffness::<f64>::new([0.0, d], 0.01, 1);
+            let stiffness = Stiffness::<f64>::new([0.0, d], 0.01, 1, 0.02);
             let w = 50.0;
             let pull = stiffness.pull(now * now, rest * rest, 2.0 * w, now * (now - before));
             let taken = 2.0 * w * pull * now;
@@ -111,7 +115,7 @@ mod tests {
 
     #[test]
     fn ends_at_one_place_stay_finite() {
-        let stiffness = Stiffness::<f32>::new([1e9, 0.1], 1e-2, 1);
+        let stiffness = Stiffness::<f32>::new([1e9, 0.1], 1e-2, 1, 1e-6);
         assert!(stiffness.pull(0.0, 0.01, 0.0, 0.0).is_finite());
         assert!(stiffness.pull(1e18, 1e-8, 2e6, 1e18).is_finite());
     }

@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::solvers::xpbd::cpu::kernels::{Limit, Nodes, Undamped, between, within};
 use crate::solvers::xpbd::cpu::level::{FREE, LevelNodes};
 use crate::solvers::xpbd::grid::{self, GridLevel, GridLevels};
-use crate::solvers::xpbd::levels::masses as masses_of;
+use crate::solvers::xpbd::levels::{lightest, masses as masses_of};
 use crate::solvers::xpbd::project::Stiffness;
 use std::ops::Range;
 
@@ -14,6 +14,8 @@ use std::ops::Range;
 pub struct GridBody<T> {
     /// By direction: stiffness and damping, and squared length at rest [m²], of those that act.
     pub springs: [Option<([f64; 2], T)>; 6],
+    /// Mass of its lightest node [kg].
+    pub lightest: f64,
     /// The grid and its coarser levels.
     pub shapes: Vec<Shape>,
     pub limits: Limits<T>,
@@ -57,6 +59,7 @@ impl<T: Real> GridBody<T> {
         Self {
             rest: [0, 1, 2].map(|axis| places().map(|place| T::from_f64(place[axis])).collect()),
             nodes,
+            lightest: lightest(masses),
             springs: springs.map(|along| along.filter(acts).map(spring)),
             shapes: all.levels.iter().map(|one| Shape { layout: one.layout(), halved: one.halved }).collect(),
             limits: Limits { diagonals: all.diagonals, slack: T::from_f64(all.slack) },
@@ -65,7 +68,8 @@ impl<T: Real> GridBody<T> {
 
     /// Springs in a sub-step of length h [s], of which so many sweeps share what is to act.
     pub fn springs(&self, h: f64, sweeps: usize) -> Springs<T> {
-        self.springs.map(|one| one.map(|(material, rest)| (Stiffness::new(material, h, sweeps), rest)))
+        self.springs
+            .map(|one| one.map(|(material, rest)| (Stiffness::new(material, h, sweeps, self.lightest), rest)))
     }
 
     /// Bytes that it takes.

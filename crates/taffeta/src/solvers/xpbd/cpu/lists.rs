@@ -15,6 +15,8 @@ use std::ops::Range;
 pub struct ListBody<T> {
     pub springs: ColourLists<T>,
     pub materials: Vec<[f64; 2]>,
+    /// Mass of its lightest node [kg].
+    pub lightest: f64,
     pub levels: Vec<ListLevel<T>>,
     /// Nodes of the levels.
     pub nodes: Vec<LevelNodes<T>>,
@@ -86,6 +88,7 @@ impl<T: Real> ListBody<T> {
             nodes,
             springs: ColourLists::new(&lists.springs),
             materials: lists.materials.clone(),
+            lightest: levels::lightest(masses),
             levels: all,
         }
     }

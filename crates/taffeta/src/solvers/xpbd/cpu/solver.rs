@@ -276,7 +276,8 @@ impl<T: Real> BodySolver<'_, '_, T> {
         }
         self.prolongate_listed(body, 0, places);
         let (h, sweeps) = (self.worker.substep.h.to_f64(), self.all.sweeps);
-        let springs: Vec<_> = body.materials.iter().map(|&of| Stiffness::new(of, h, sweeps)).collect();
+        let springs: Vec<_> =
+            body.materials.iter().map(|&of| Stiffness::new(of, h, sweeps, body.lightest)).collect();
         for _ in 0..sweeps {
             self.act((body, 0), places, Some(&springs));
         }
