@@ -18,12 +18,24 @@ from conftest import ROOT
 
 PACKAGE = Path(__file__).resolve().parents[1]
 OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-MODULES = ("taffeta", "taffeta._native", "taffeta._scene", "taffeta._pose", "taffeta._reports")
+MODULES = (
+    "taffeta",
+    "taffeta._native",
+    "taffeta._scene",
+    "taffeta._pose",
+    "taffeta._reports",
+    "taffeta.sweeps",
+    "taffeta.sweeps._plan",
+    "taffeta.sweeps._progress",
+)
+PAGES = ("README.md", "docs/python.md", "docs/sweeps.md", "crates/taffeta-py/README.md")
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_of_the_package_run(name: str) -> None:
+def test_examples_of_the_package_run(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    monkeypatch.chdir(tmp_path)
     module = importlib.import_module(name)
     run = attempted = 0
     finder = doctest.DocTestFinder()
@@ -38,13 +50,13 @@ def test_examples_of_the_package_run(name: str) -> None:
 
 def examples(module: ModuleType) -> list[object]:
     """The module alone, or what it defines."""
-    if module is taffeta:
+    if module.__name__ in ("taffeta", "taffeta.sweeps"):
         return [module]
     own = [thing for thing in vars(module).values() if inspect.isclass(thing) or inspect.isroutine(thing)]
     return [thing for thing in own if getattr(thing, "__module__", "") in (module.__name__, "taffeta")] or [module]
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/python.md", "crates/taffeta-py/README.md"])
+@pytest.mark.parametrize("page", PAGES)
 def test_examples_of_the_pages_run(page: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     text = (ROOT / page).read_text()
     blocks = [block for block in re.findall(r"^```python\n(.*?)^```$", text, re.S | re.M) if ">>>" in block]

@@ -25,6 +25,7 @@ from taffeta._native import Body, Collider, Simulation, Worlds, __version__, inf
 from taffeta._pose import pose
 from taffeta._reports import Report, to_pandas
 from taffeta._scene import Scene
+from taffeta.sweeps import sweep
 
 __all__ = [
     "Body",
@@ -44,5 +45,6 @@ __all__ = [
     "__version__",
     "info",
     "pose",
+    "sweep",
     "to_pandas",
 ]

@@ -1,0 +1,135 @@
+"""One run of a sweep, in whatever process it is."""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from taffeta._errors import InputError, SceneWarning
+from taffeta._native import Simulation
+from taffeta._packages import package
+from taffeta._reports import row as row_of
+from taffeta.sweeps import _plan
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from taffeta._scene import Scene
+
+#: What is measured at the end of a run: numbers, texts or lists of numbers by their names.
+Measure: TypeAlias = Callable[[Simulation], Mapping[str, Any]]
+
+#: Arrays that can be kept.
+ARRAYS = ("positions", "velocities", "normals")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all runs of a sweep share."""
+
+    scene: Scene
+    frames: int
+    measure: Measure | None = None
+    arrays: tuple[str, ...] = ()
+    every: int | None = None
+    options: dict[str, Any] = field(default_factory=lambda: {})
+
+    def packed(self) -> bytes:
+        """It as bytes, also with functions of a script or a notebook."""
+        return bytes(package("cloudpickle").dumps(self))
+
+
+@dataclass
+class Outcome:
+    """What a run leaves."""
+
+    #: What the sample gives, the same wherever and whenever it runs.
+    row: dict[str, Any]
+    arrays: dict[str, NDArray[Any]] = field(default_factory=lambda: {})
+    #: How it ran.
+    seconds: float = 0.0
+    host: str = ""
+    process: int = 0
+
+
+def execute(packed: bytes, sample: _plan.Sample) -> Outcome:
+    """Runs a sample. What goes wrong in it is its outcome."""
+    start = time.perf_counter()
+    try:
+        job: Job = package("cloudpickle").loads(packed)
+        outcome = _run(job, sample)
+    except Exception as error:
+        outcome = failed(type(error).__name__, str(error))
+    outcome.seconds = time.perf_counter() - start
+    outcome.host, outcome.process = socket.gethostname(), os.getpid()
+    return outcome
+
+
+def failed(kind: str, message: str) -> Outcome:
+    """The outcome of a run that has no other."""
+    return Outcome({"status": "failed", "error": kind, "message": message})
+
+
+def _run(job: Job, sample: _plan.Sample) -> Outcome:
+    simulation = quiet_simulation(_plan.of_scene(job.scene, sample), job.options)
+    kept = _Kept(job, simulation)
+    peak = simulation.report["max_stretch"]
+    for _ in range(job.frames):
+        peak = max(peak, simulation.step()["max_stretch"])
+        kept.look(simulation)
+    row = {"status": "done", "error": None, "message": None, "warnings": "\n".join(simulation.warnings) or None}
+    row["state_hash"] = simulation.state_hash()
+    row["peak_stretch"] = peak
+    row.update(row_of(simulation.report))
+    if job.measure is not None:
+        row.update(_measured(job.measure(simulation), row))
+    return Outcome(row, kept.arrays(simulation))
+
+
+def quiet_simulation(scene: Scene, options: dict[str, Any]) -> Simulation:
+    """A simulation whose warnings are not printed: they are part of what a run leaves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SceneWarning)
+        return Simulation(scene, **options)
+
+
+def _measured(found: Any, row: dict[str, Any]) -> dict[str, Any]:
+    """What is measured, as JSON has it."""
+    if not _plan.is_mapping(found):
+        raise InputError(f"measure returned a {type(found).__name__}; a dict of numbers by their names would do")
+    for name in found:
+        if name in row:
+            raise InputError(f"measure returned `{name}`, which is a column of every sweep: another name would do")
+    return {str(name): _plan.plain(value, f"measure: `{name}`") for name, value in found.items()}
+
+
+class _Kept:
+    """Arrays that are kept of a run: of its end, or of every few frames."""
+
+    def __init__(self, job: Job, simulation: Simulation) -> None:
+        self._job = job
+        self._frames: list[int] = []
+        self._rows: dict[str, list[NDArray[Any]]] = {name: [] for name in job.arrays}
+        self.look(simulation)
+
+    def look(self, simulation: Simulation) -> None:
+        """Copies what is wanted of this frame."""
+        if self._job.every is None or simulation.frame % self._job.every != 0:
+            return
+        self._frames.append(simulation.frame)
+        for name, rows in self._rows.items():
+            rows.append(getattr(simulation, name)())
+
+    def arrays(self, simulation: Simulation) -> dict[str, NDArray[Any]]:
+        """All of it: [vertices, 3], or [frames, vertices, 3] with the numbers of the frames."""
+        if self._job.every is None or not self._rows:
+            return {name: getattr(simulation, name)() for name in self._rows}
+        stacked = {name: np.stack(rows) for name, rows in self._rows.items()}
+        return {"frames": np.array(self._frames), **stacked}

@@ -1,0 +1,231 @@
+"""Sweeps: what they leave, and that they lose nothing and repeat nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import taffeta
+import taffeta.sweeps
+
+pytest.importorskip("pyarrow")
+
+BENDING = "body.cloth.material.bending"
+VALUES = [1e-6, 1e-5, 1e-4, 1e-3]
+
+Measure = Callable[[taffeta.Simulation], Mapping[str, Any]]
+
+
+@pytest.fixture
+def hanging(cloth: taffeta.Scene) -> taffeta.Scene:
+    """The cloth, for a few frames."""
+    return cloth.time(frames=5)
+
+
+def logging_to(path: Path) -> Measure:
+    """Measures, and writes down that it did."""
+
+    def measure(simulation: taffeta.Simulation) -> dict[str, Any]:
+        stiffness = simulation.scene.overrides[0]
+        with path.open("a") as file:
+            file.write(f"{stiffness}\n")
+        return {"lowest": float(simulation.positions()[:, 1].min()), "first": simulation.positions()[0]}
+
+    return measure
+
+
+def swept(scene: taffeta.Scene, out: Path, values: list[float] | None = None, **options: Any) -> Any:
+    """A sweep on two processes that says nothing."""
+    options = {"jobs": 2, "progress": False, **options}
+    return taffeta.sweep(scene, grid={BENDING: VALUES if values is None else values}, out=out, **options)
+
+
+def test_a_row_has_the_values_and_the_bits_of_a_run_by_hand(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    found = swept(hanging, tmp_path / "out", measure=logging_to(tmp_path / "log"), arrays=["positions"])
+    assert found.table.column("run").to_pylist() == [0, 1, 2, 3]
+    for run, value in enumerate(VALUES):
+        by_hand = taffeta.Simulation(hanging.copy().set(BENDING, value), threads=2)
+        report = by_hand.step(5)
+        row = found.table.to_pylist()[run]
+        assert row[BENDING] == value
+        assert row["state_hash"] == by_hand.state_hash()
+        assert row["energy"] == report["energy"]
+        assert row["lowest"] == by_hand.positions()[:, 1].min()
+        assert row["first"] == by_hand.positions()[0].tolist()
+        assert np.array_equal(found.arrays(run)["positions"], by_hand.positions())
+
+
+def test_arrays_of_every_few_frames_begin_with_the_start(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    found = swept(hanging, tmp_path / "out", [1e-5], arrays=["positions", "velocities"], every=2)
+    arrays = found.arrays(0)
+    assert arrays["frames"].tolist() == [0, 2, 4]
+    assert arrays["velocities"].shape == (3, 64, 3)
+    simulation = taffeta.Simulation(hanging.copy().set(BENDING, 1e-5))
+    assert np.array_equal(arrays["positions"][0], simulation.positions())
+    simulation.step(4)
+    assert np.array_equal(arrays["positions"][2], simulation.positions())
+
+
+def test_a_run_that_fails_is_a_row_with_its_message(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    found = swept(hanging, tmp_path / "out", [1e-5, -1.0, 1e-4])
+    assert (found.done, found.failed) == (2, 1)
+    row = found.table.to_pylist()[1]
+    assert (row["status"], row["error"], row["energy"]) == ("failed", "SceneError", None)
+    assert "-1 N·m, 0 or more would do" in row["message"]
+
+
+def test_a_run_that_diverges_is_a_row_with_its_message(tmp_path: Path) -> None:
+    scene = taffeta.Scene().time(frames=200, max_step=1 / 60)
+    scene = scene.grid("cloth", rows=8, cols=8, size=(1.0, 1.0), mass=0.1, springs={"structural": {"k": 1.0}})
+    found = taffeta.sweep(
+        scene.pin("cloth", rows=0), grid={"body.cloth.springs.structural.k": [1.0, 1e6]}, out=tmp_path, progress=False
+    )
+    statuses = found.table.column("status").to_pylist()
+    assert statuses == ["done", "failed"]
+    row = found.table.to_pylist()[1]
+    assert (row["error"], "body `cloth`, vertex" in row["message"]) == ("DivergedError", True)
+
+
+def test_what_measures_fails_by_its_own_words(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    def broken(_simulation: taffeta.Simulation) -> dict[str, Any]:
+        raise KeyError("height")
+
+    def of_a_known_name(_simulation: taffeta.Simulation) -> dict[str, Any]:
+        return {"energy": 1.0}
+
+    one = swept(hanging, tmp_path / "one", [1e-5], measure=broken)
+    assert one.table.to_pylist()[0]["error"] == "KeyError"
+    other = swept(hanging, tmp_path / "other", [1e-5], measure=of_a_known_name)
+    assert "`energy`, which is a column" in other.table.to_pylist()[0]["message"]
+
+
+def test_wrong_arguments_are_refused_before_anything_runs(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    def refused(match: str, **options: Any) -> None:
+        kind = (taffeta.SceneError, taffeta.InputError)
+        with pytest.raises(kind, match=match):
+            taffeta.sweep(hanging, out=tmp_path / "out", progress=False, **options)
+        assert not (tmp_path / "out" / "runs").exists()
+
+    refused("did you mean `bending`", grid={"body.cloth.material.bendin": [1.0]})
+    refused("called `clth`; did you mean `cloth`", grid={"body.clth.material.bending": [1.0]})
+    refused("has no values", grid={BENDING: []})
+    refused("a list of values", grid={BENDING: 1.0})
+    refused("either a grid or samples", grid={BENDING: [1.0]}, samples=[{BENDING: 1.0}])
+    refused("no samples", samples=[])
+    refused(r"samples\[0\] is 3", samples=[3])
+    refused("frames is 0", grid={BENDING: [1.0]}, frames=0)
+    refused("no array `colours`", grid={BENDING: [1.0]}, arrays=["colours"])
+    refused("every is 0", grid={BENDING: [1.0]}, every=0)
+    refused("attempts is 0", grid={BENDING: [1.0]}, attempts=0)
+    with pytest.raises(taffeta.InputError, match="there is no backend `slurm`"):
+        swept(hanging, tmp_path / "other", backend="slurm")
+
+
+def test_what_is_done_is_not_run_again_and_new_samples_are(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    first = swept(hanging, tmp_path / "out", VALUES[:2], measure=logging_to(log))
+    whole = swept(hanging, tmp_path / "out", VALUES, measure=logging_to(log))
+    again = swept(hanging, tmp_path / "out", VALUES, measure=logging_to(log))
+    ran = log.read_text().splitlines()
+    assert len(ran) == len(set(ran)) == len(VALUES)
+    assert len(first) == 2
+    assert again.table.equals(whole.table)
+    assert taffeta.sweeps.Sweep(tmp_path / "out").table.equals(whole.table)
+
+
+def test_what_failed_is_run_again_where_that_is_asked_for(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    marker = tmp_path / "full"
+    marker.touch()
+
+    def measure(_simulation: taffeta.Simulation) -> dict[str, Any]:
+        if marker.exists():
+            raise MemoryError("no room")
+        return {"there": True}
+
+    assert swept(hanging, tmp_path / "out", [1e-5], measure=measure).failed == 1
+    marker.unlink()
+    assert swept(hanging, tmp_path / "out", [1e-5], measure=measure).failed == 1
+    assert swept(hanging, tmp_path / "out", [1e-5], measure=measure, retry_failed=True).failed == 0
+
+
+def test_a_folder_is_of_one_experiment(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    swept(hanging, tmp_path / "out", [1e-5])
+    with pytest.raises(taffeta.InputError, match="frames was 5, and is 6"):
+        swept(hanging, tmp_path / "out", [1e-5], frames=6)
+    with pytest.raises(taffeta.InputError, match="its scene was"):
+        swept(hanging.copy().world(drag=0.5), tmp_path / "out", [1e-5])
+    with pytest.raises(taffeta.InputError, match="its options was"):
+        swept(hanging, tmp_path / "out", [1e-5], options={"precision": "f64"})
+    (tmp_path / "out" / "manifest.json").write_text("{")
+    with pytest.raises(taffeta.InputError, match="it is damaged"):
+        swept(hanging, tmp_path / "out", [1e-5])
+
+
+def test_a_mesh_that_changed_is_another_experiment(tmp_path: Path) -> None:
+    def scene(height: float) -> taffeta.Scene:
+        vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, height, 1.0]])
+        return taffeta.Scene().mesh("patch", vertices, [[0, 2, 1], [1, 2, 3]], mass=0.1).time(frames=2)
+
+    grid = {"world.drag": [0.0]}
+    taffeta.sweep(scene(0.0), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+    taffeta.sweep(scene(0.0), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+    with pytest.raises(taffeta.InputError, match="its scene was"):
+        taffeta.sweep(scene(0.1), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+
+
+def test_a_run_whose_file_was_cut_off_is_run_again(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    whole = swept(hanging, tmp_path / "out")
+    one = next((tmp_path / "out" / "runs").glob("*.json"))
+    one.write_bytes(one.read_bytes()[:40])
+    (tmp_path / "out" / "runs" / "left.part").write_bytes(b"half")
+    assert swept(hanging, tmp_path / "out").table.equals(whole.table)
+    assert json.loads(one.read_text())["row"]["status"] == "done"
+    assert not list((tmp_path / "out" / "runs").glob("*.part"))
+
+
+def test_two_sweeps_do_not_write_to_one_folder(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    def watch(_done: int, _failed: int, _all: int) -> None:
+        with pytest.raises(taffeta.InputError, match="another sweep is writing"):
+            swept(hanging, tmp_path / "out")
+
+    swept(hanging, tmp_path / "out", [1e-5], progress=watch)
+
+
+def test_a_sweep_that_is_stopped_has_what_was_done(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    def stop(done: int, _failed: int, _all: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        swept(hanging, tmp_path / "out", progress=stop)
+    before = taffeta.sweeps.Sweep(tmp_path / "out")
+    assert before.table.column("status").to_pylist().count("waiting") == 2
+    assert swept(hanging, tmp_path / "out").done == 4
+
+
+def test_the_program_sweeps(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    (tmp_path / "flag.toml").write_text(hanging.to_toml())
+    command = [sys.executable, "-m", "taffeta", "sweep", "flag.toml", "--jobs", "2", "--grid"]
+
+    def said(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*command, *words], cwd=tmp_path, capture_output=True, text=True, env=dict(os.environ))
+
+    ran = said(f"{BENDING}=1e-6:1e-4:log:3", "--grid", "body.cloth.material.preset=silk,denim")
+    assert ran.returncode == 0, ran.stderr
+    assert "6 runs: 6 done, 0 failed; results are in flag-sweep/results.parquet" in ran.stdout
+    assert "sweep: 6 of 6 done" in ran.stderr
+    found = taffeta.sweeps.Sweep(tmp_path / "flag-sweep").to_pandas()
+    assert found[BENDING].tolist() == [1e-6, 1e-6, 1e-5, 1e-5, 1e-4, 1e-4]
+    assert found["body.cloth.material.preset"].tolist() == ["silk", "denim"] * 3
+    wrong = said("nothing")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "PATH=FIRST:LAST:COUNT" in wrong.stderr
+    missing = said("world.drag=0,1", "--frames", "0")
+    assert (missing.returncode, "frames is 0" in missing.stderr) == (2, True)
