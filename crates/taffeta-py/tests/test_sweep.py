@@ -73,6 +73,20 @@ def test_arrays_of_every_few_frames_begin_with_the_start(hanging: taffeta.Scene,
     assert np.array_equal(arrays["positions"][2], simulation.positions())
 
 
+def test_a_run_ends_at_rest(tmp_path: Path) -> None:
+    # A pendulum that drag stops, and one that swings on; both turn back on the way.
+    scene = taffeta.Scene().time(frames=400, max_step=1 / 240)
+    scene = scene.chain("chain", links=1, length=0.2, node_mass=0.01, springs={"structural": {"k": 1000.0, "d": 0.1}})
+    drags = [0.2, 0.0]
+    found = taffeta.sweep(
+        scene.pin("chain", nodes=0), grid={"world.drag": drags}, rest=1e-3, arrays=["velocities"], out=tmp_path, progress=False
+    )
+    calm, swinging = found.table.to_pylist()
+    assert (calm["status"], calm["at_rest"], swinging["at_rest"]) == ("done", True, False)
+    assert 20 < calm["frame"] < 400 == swinging["frame"]
+    assert np.abs(found.arrays(0)["velocities"]).max() < 1e-3
+
+
 def test_a_run_that_fails_is_a_row_with_its_message(hanging: taffeta.Scene, tmp_path: Path) -> None:
     found = swept(hanging, tmp_path / "out", [1e-5, -1.0, 1e-4])
     assert (found.done, found.failed) == (2, 1)
@@ -122,6 +136,7 @@ def test_wrong_arguments_are_refused_before_anything_runs(hanging: taffeta.Scene
     refused(r"samples\[0\] is 3", samples=[3])
     refused("frames is 0", grid={BENDING: [1.0]}, frames=0)
     refused("no array `colours`", grid={BENDING: [1.0]}, arrays=["colours"])
+    refused("rest is 0.0 m/s", grid={BENDING: [1.0]}, rest=0.0)
     refused("every is 0", grid={BENDING: [1.0]}, every=0)
     refused("attempts is 0", grid={BENDING: [1.0]}, attempts=0)
     with pytest.raises(taffeta.InputError, match="there is no backend `slurm`"):

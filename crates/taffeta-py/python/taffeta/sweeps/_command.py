@@ -30,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--grid", action="append", required=True, metavar="PATH=VALUES", help="values of one path")
     add("--out", metavar="DIR", help="folder of results; by default the scene's name with `-sweep`")
     add("--frames", type=int, help="frames of a run; those of the scene by default")
+    add("--rest", type=float, metavar="SPEED", help="end a run when no vertex is faster [m/s]")
     add("--set", action="append", default=[], metavar="PATH=VALUE", help="a value that all runs share")
     add("--jobs", type=int, help="runs at a time; as many as there are cores by default")
     add("--backend", default="local", choices=("local", "ray", "dask"), help="where runs happen (default: local)")
@@ -50,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
             out=out,
             grid=dict(_plan.parse(text) for text in arguments.grid),
             frames=arguments.frames,
+            rest=arguments.rest,
             arrays=[name for name in arguments.arrays.split(",") if name],
             every=arguments.every,
             backend=_backend(arguments),

@@ -30,12 +30,17 @@ Measure: TypeAlias = Callable[[Simulation], Mapping[str, Any]]
 ARRAYS = ("positions", "velocities", "normals")
 
 
+#: For how many frames nothing moves where cloth is at rest, and not just where it turns back.
+_CALM = 5
+
+
 @dataclass(frozen=True)
 class Job:
     """What all runs of a sweep share."""
 
     scene: Scene
     frames: int
+    rest: float | None = None
     measure: Measure | None = None
     arrays: tuple[str, ...] = ()
     every: int | None = None
@@ -81,16 +86,27 @@ def _run(job: Job, sample: _plan.Sample) -> Outcome:
     simulation = quiet_simulation(_plan.of_scene(job.scene, sample), job.options)
     kept = _Kept(job, simulation)
     peak = simulation.report["max_stretch"]
+    calm = 0
     for _ in range(job.frames):
         peak = max(peak, simulation.step()["max_stretch"])
         kept.look(simulation)
-    row = {"status": "done", "error": None, "message": None, "warnings": "\n".join(simulation.warnings) or None}
+        calm = calm + 1 if job.rest is not None and _speed(simulation) < job.rest else 0
+        if calm == _CALM:
+            break
+    row: dict[str, Any] = {"status": "done", "error": None, "message": None, "warnings": "\n".join(simulation.warnings) or None}
+    if job.rest is not None:
+        row["at_rest"] = calm == _CALM
     row["state_hash"] = simulation.state_hash()
     row["peak_stretch"] = peak
     row.update(row_of(simulation.report))
     if job.measure is not None:
         row.update(_measured(job.measure(simulation), row))
     return Outcome(row, kept.arrays(simulation))
+
+
+def _speed(simulation: Simulation) -> float:
+    """Speed of the fastest vertex [m/s]."""
+    return float(np.linalg.norm(simulation.velocities(), axis=1).max(initial=0.0))
 
 
 def quiet_simulation(scene: Scene, options: dict[str, Any]) -> Simulation:

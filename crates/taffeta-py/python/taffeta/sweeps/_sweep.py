@@ -42,6 +42,7 @@ def sweep(
     grid: Mapping[str, Iterable[Any]] | None = None,
     samples: Any = None,
     frames: int | None = None,
+    rest: float | None = None,
     measure: _run.Measure | None = None,
     arrays: Sequence[str] = (),
     every: int | None = None,
@@ -67,6 +68,8 @@ def sweep(
         grid: Values by paths as ``Scene.set`` takes them. All combinations run; the last path varies fastest.
         samples: Instead of a grid: a list of dicts, each of values by paths, or a pandas frame with a column a path.
         frames: How many frames a run has; those of the scene, if it is not given.
+        rest: Ends a run before that, when no vertex has been faster than this [m/s] for five frames. The column ``at_rest`` says
+            whether it came to that.
         measure: Is called with the ``Simulation`` at the end of each run, and returns a dict of numbers, texts or lists of numbers:
             columns of the table.
         arrays: What is kept of each run: "positions", "velocities", "normals".
@@ -87,7 +90,7 @@ def sweep(
     """
     for name in ("cloudpickle", "filelock", "loky", "pyarrow"):
         package(name)
-    job = _job(scene, frames, measure, arrays, every, options)
+    job = _job(scene, frames, rest, measure, arrays, every, options)
     chosen = _samples(grid, samples)
     if not 1 <= attempts:
         raise InputError(f"attempts is {attempts}; 1 or more would do")
@@ -151,6 +154,7 @@ def _drive(
 def _job(
     scene: Source,
     frames: int | None,
+    rest: float | None,
     measure: _run.Measure | None,
     arrays: Sequence[str],
     every: int | None,
@@ -163,13 +167,15 @@ def _job(
         raise InputError("the scene has no `time.frames`, and no frames are given; one of the two would do")
     if frames < 1:
         raise InputError(f"frames is {frames}; 1 or more would do")
+    if rest is not None and not rest > 0.0:
+        raise InputError(f"rest is {rest} m/s; above 0 would do")
     if every is not None and every < 1:
         raise InputError(f"every is {every}; 1 or more would do")
     for name in arrays:
         if name not in _run.ARRAYS:
             raise InputError(f"there is no array `{name}`; there are: {', '.join(_run.ARRAYS)}")
     chosen = {"backend": "cpu", "threads": 1, **(options or {})}
-    return _run.Job(scene, frames, measure, tuple(arrays), every, chosen)
+    return _run.Job(scene, frames, rest, measure, tuple(arrays), every, chosen)
 
 
 def _samples(grid: Mapping[str, Iterable[Any]] | None, samples: Any) -> list[Sample]:
@@ -198,6 +204,7 @@ def _experiment(job: _run.Job) -> dict[str, Any]:
         "taffeta": _native.__version__,
         "scene": _digest(job.scene),
         "frames": job.frames,
+        "rest": job.rest,
         "measure": _code(job.measure),
         "arrays": list(job.arrays),
         "every": job.every,
