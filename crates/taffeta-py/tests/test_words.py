@@ -27,8 +27,9 @@ MODULES = (
     "taffeta.sweeps",
     "taffeta.sweeps._plan",
     "taffeta.sweeps._progress",
+    "taffeta.fitting._confidence",
 )
-PAGES = ("README.md", "docs/python.md", "docs/sweeps.md", "crates/taffeta-py/README.md")
+PAGES = ("README.md", "docs/python.md", "docs/sweeps.md", "docs/fitting.md", "crates/taffeta-py/README.md")
 
 
 @pytest.mark.parametrize("name", MODULES)

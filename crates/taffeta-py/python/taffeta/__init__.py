@@ -25,6 +25,7 @@ from taffeta._native import Body, Collider, Simulation, Worlds, __version__, inf
 from taffeta._pose import pose
 from taffeta._reports import Report, to_pandas
 from taffeta._scene import Scene
+from taffeta.fitting import fit
 from taffeta.sweeps import sweep
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "SnapshotError",
     "Worlds",
     "__version__",
+    "fit",
     "info",
     "pose",
     "sweep",
