@@ -31,8 +31,8 @@ _NEAR = 0.02
 _GENERATIONS = 2
 #: Most of these steps, and the share of a range from which one counts as none.
 _STEPS, _NONE = 8, 2e-4
-#: The search ends where targets are missed by their noise and no more.
-_FOUND = 1.2
+#: The search ends where targets are missed by their noise and no more, and derivatives promise less than two standard deviations.
+_FOUND, _PROMISED = 1.2, 4.0
 
 
 def fit(
@@ -169,7 +169,7 @@ class _Search:
             is_new = polished is None or not np.array_equal(polished, self.point)
             if strategy.countiter % _GENERATIONS == 0 and is_new and self.best.simulated is not None:
                 jacobian = self.gauss_newton()
-                if self.misfit < _FOUND:
+                if self.misfit < _FOUND and self.promised(jacobian) < _PROMISED:
                     return jacobian
                 polished = self.point
                 strategy.inject([np.append(self.point, np.full(dimensions - count, 0.5))])
@@ -193,6 +193,12 @@ class _Search:
                 break
         return jacobian
 
+    def promised(self, jacobian: NDArray[np.float64]) -> float:
+        """How much of the sum of squares a further step would take, if derivatives held."""
+        step = np.linalg.lstsq(jacobian, -self.best.residuals, rcond=1e-6)[0]
+        change = jacobian @ step
+        return float(change @ change)
+
     def derivatives(self) -> NDArray[np.float64]:
         """Derivatives of the residuals by each parameter at the best point, by steps of 5 percent on a logarithmic scale."""
         at, centre = self.point, self.best
@@ -211,15 +217,16 @@ class _Search:
                 for point, compared in zip(points[2 * index : 2 * index + 2], found[2 * index : 2 * index + 2], strict=True)
                 if compared.simulated is not None and point[index] != at[index]
             ]
-            columns.append(_smaller(slopes) if slopes else np.zeros_like(centre.residuals))
+            columns.append(_slope(slopes) if slopes else np.zeros_like(centre.residuals))
         return np.stack(columns, axis=1)
 
 
-def _smaller(slopes: list[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Of the slopes on both sides the smaller one, and none where they differ in sign.
+def _slope(slopes: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """The mean of the slopes on both sides; where they differ much, the smaller one, and none where they differ in sign.
 
     Folds of cloth snap from one shape to another at some values of a parameter. On the side of such a jump the slope says nothing of
     how well the parameter is known.
     """
     one, other = slopes[0], slopes[-1]
-    return np.where(one * other > 0.0, np.sign(one) * np.minimum(np.abs(one), np.abs(other)), 0.0)
+    smaller = np.where(one * other > 0.0, np.sign(one) * np.minimum(np.abs(one), np.abs(other)), 0.0)
+    return np.where(np.abs(one - other) <= 0.5 * np.abs(one + other), 0.5 * (one + other), smaller)
