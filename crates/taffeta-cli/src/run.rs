@@ -75,6 +75,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     }
     let kept = match frames {
         0 => format!("no frame is in {}", plan.dir.display()),
+        1 => format!("frame 0, the start, is in {}", plan.dir.display()),
         _ => format!("frames 0 to {} are in {}", frames - 1, plan.dir.display()),
     };
     let go_on =

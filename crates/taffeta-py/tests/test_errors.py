@@ -123,7 +123,7 @@ CALLS: list[tuple[Callable[[taffeta.Simulation], object], str]] = [
     (lambda s: s.move_pin("cloth", -1, (0, 0, 0)), "pin is -1; 0 or more would do"),
     (lambda s: s.move_pin("cloth", 0, (0, 0, 0)), "pin 0 of body `cloth` never moves; a keyframe at t = 0 makes a pin movable"),
     (lambda s: s.reaction("cloth", 3), "body `cloth` has 1 pins and none with index 3"),
-    (lambda s: s.move_collider("ball", (0, 0, 0)), "there is no collider `ball`; there are: "),
+    (lambda s: s.move_collider("ball", (0, 0, 0)), "there is no collider `ball`; there are none"),
     (lambda s: s.move_collider("ball", np.eye(3)), "a pose is an array of numbers: a shift [3], or a rigid matrix [4, 4]"),
     (lambda s: s.move_collider("ball", 2 * np.eye(4)), "the last row of a pose is [0.0, 0.0, 0.0, 2.0]"),
     (lambda s: s.move_collider("ball", np.diag([2.0, 1, 1, 1])), "are no rotation"),

@@ -216,6 +216,17 @@ fn a_divergence_keeps_the_good_frames_and_exits_with_1() {
     assert!(all[all.len() - bytes..].as_chunks().0.iter().all(finite));
 }
 
+#[test]
+fn a_divergence_at_once_keeps_the_start() {
+    let desk = Desk::with(SHEET);
+    let mut command = desk.taffeta(&["run", "scene.toml", "--out", "o", "--frames", "5", "--quiet"]);
+    command.args(["--set", "body.sheet.springs.structural.k=1e12"]);
+    let (_, err, code) = ending(command);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("\nframe 0, the start, is in o"), "{err}");
+    assert_eq!(desk.json("o/summary.json")["frames"], 0);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_full_disk_exits_with_1_and_says_which_file() {

@@ -23,7 +23,7 @@ use crate::scene::SceneError;
 #[non_exhaustive]
 pub enum InputError {
     /// No body has the name.
-    #[error("there is no body `{name}`; there are: {}", .known.join(", "))]
+    #[error("there is no body `{name}`; {}", those(.known))]
     NoBody {
         /// The name.
         name: String,
@@ -31,7 +31,7 @@ pub enum InputError {
         known: Vec<String>,
     },
     /// No collider has the name.
-    #[error("there is no collider `{name}`; there are: {}", .known.join(", "))]
+    #[error("there is no collider `{name}`; {}", those(.known))]
     NoCollider {
         /// The name.
         name: String,
@@ -115,4 +115,9 @@ pub enum InputError {
     /// The snapshot is of another scene, or has numbers that none of this one could have.
     #[error("{0}")]
     Snapshot(String),
+}
+
+/// The names that there are, in words.
+fn those(known: &[String]) -> String {
+    if known.is_empty() { "there are none".to_owned() } else { format!("there are: {}", known.join(", ")) }
 }
