@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import importlib.util
 import inspect
 import os
 import re
@@ -17,6 +18,7 @@ import taffeta
 from conftest import ROOT
 
 PACKAGE = Path(__file__).resolve().parents[1]
+EXAMPLES = [str(path) for path in sorted((ROOT / "examples/towel").glob("*.py"))]
 OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 MODULES = (
     "taffeta",
@@ -110,8 +112,12 @@ def checked(command: list[str]) -> None:
 def test_mypy_has_nothing_to_say() -> None:
     pytest.importorskip("mypy")
     checked([sys.executable, "-m", "mypy", "python/taffeta", "write_stub.py", "tests/typed.py"])
+    if importlib.util.find_spec("gymnasium") is not None:
+        checked([sys.executable, "-m", "mypy", *EXAMPLES])
 
 
 def test_pyright_has_nothing_to_say() -> None:
     pytest.importorskip("pyright")
-    checked([sys.executable, "-m", "pyright", "--pythonpath", sys.executable, "python/taffeta", "tests/typed.py"])
+    examples = EXAMPLES if importlib.util.find_spec("gymnasium") is not None else []
+    paths = ["python/taffeta", "tests/typed.py", *examples]
+    checked([sys.executable, "-m", "pyright", "--pythonpath", sys.executable, *paths])
