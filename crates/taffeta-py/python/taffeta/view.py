@@ -17,7 +17,7 @@ def pyvista(simulation: Simulation, plotter: Any = None) -> Any:
     Args:
         simulation: What is drawn.
         plotter: A ``pyvista.Plotter``, or one that this has returned: its meshes go to where the bodies are now. A new one if it is
-            not given.
+            not given. If nobody has set its camera, it comes to see all bodies, with y up.
 
     Returns:
         The plotter. ``plotter.show()`` opens a window, ``plotter.screenshot("cloth.png")`` writes a picture.
@@ -26,8 +26,6 @@ def pyvista(simulation: Simulation, plotter: Any = None) -> Any:
 
     if plotter is None:
         plotter = pv.Plotter()
-        # Y is up.
-        plotter.camera_position = [(2.0, 1.5, 3.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
     for name in simulation.bodies:
         points = simulation.positions(name)
         actor = plotter.actors.get(name)
@@ -40,6 +38,9 @@ def pyvista(simulation: Simulation, plotter: Any = None) -> Any:
         else:
             mesh = pv.lines_from_points(points)
         plotter.add_mesh(mesh, name=name, color="lightsteelblue", smooth_shading=False)
+    if not plotter.camera_set:
+        # Y is up, and all bodies are seen.
+        plotter.view_vector((2.0, 1.5, 3.0), viewup=(0.0, 1.0, 0.0))
     return plotter
 
 
