@@ -161,7 +161,7 @@ class Scene:
         """How springs are solved.
 
         Args:
-            method: ``"springs"``, ``"ice"`` or ``"acad"``.
+            method: ``"springs"``, ``"ice"``, ``"xpbd"`` or ``"acad"``.
             **options: Keys of the method's own table: ``solver("ice", form="primal")`` takes any step, which fabrics need.
         """
         return self._table("solver", method=method, **({method: options} if options else {}))
