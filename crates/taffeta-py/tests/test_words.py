@@ -6,6 +6,7 @@ import doctest
 import importlib
 import importlib.util
 import inspect
+import json
 import os
 import re
 import subprocess
@@ -71,6 +72,19 @@ def test_examples_of_the_pages_run(page: str, monkeypatch: pytest.MonkeyPatch, t
     test = doctest.DocTestParser().get_doctest(source, {}, page, page, 0)
     runner = doctest.DocTestRunner(optionflags=OPTIONS)
     assert runner.run(test).failed == 0
+
+
+def test_the_notebook_was_run_and_runs() -> None:
+    text = (ROOT / "examples/first_steps.ipynb").read_text()
+    cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    assert not any(output["output_type"] in ("error", "stream") for cell in cells for output in cell["outputs"])
+    assert len(text) < 300_000
+    pytest.importorskip("pandas")
+    pytest.importorskip("matplotlib").use("Agg")
+    names: dict[str, object] = {}
+    for cell in cells:
+        exec("".join(cell["source"]).replace("%matplotlib inline", ""), names)
 
 
 def test_everything_public_is_documented() -> None:
