@@ -289,7 +289,7 @@ fn pictures_of_scenes_are_those_that_were_looked_at() {
     }
     assert!(apart.is_empty(), "mean difference of shades, share of other pixels: {apart:?}");
     // A cloth that is a twentieth of a second behind is seen.
-    let behind = Picture::read(&shoot("drape", &[&["--at-frame", "57"], &near[..]].concat()));
-    let difference = Picture::read(&kept.join("drape.png")).difference(&behind);
+    let behind = Picture::read(&shoot("twist_pins", &["--at-frame", "27"]));
+    let difference = Picture::read(&kept.join("twist_pins.png")).difference(&behind);
     assert!(!alike(difference), "{difference:?}");
 }
