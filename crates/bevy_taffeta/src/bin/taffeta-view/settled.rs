@@ -1,4 +1,4 @@
-//! When all that is drawn can be drawn: pipelines are made in the background, and what lacks one is left out.
+//! When all that is drawn can be drawn: what lacks a shader or a pipeline is left out until then.
 
 use bevy::prelude::*;
 use bevy::render::render_resource::{CachedPipelineState, PipelineCache};

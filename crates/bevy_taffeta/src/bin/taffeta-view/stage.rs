@@ -40,12 +40,22 @@ pub fn open(args: &Args) -> Result<Opened, Failure> {
     Ok(Opened { loaded, extent })
 }
 
+/// When pipelines are made.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Pipelines {
+    /// While frames are drawn without what lacks one: a window answers at once.
+    Meanwhile,
+    /// Before the frame that needs them is drawn: where nobody looks, frames that lack something are work for nothing.
+    First,
+}
+
 /// Bevy's renderer on the adapter that `TAFFETA_ADAPTER` asks for, else on the best.
-pub fn renderer() -> Result<RenderPlugin, Failure> {
+pub fn renderer(pipelines: Pipelines) -> Result<RenderPlugin, Failure> {
     // Bevy would panic where there is none.
     let gpu = Gpu::open(&Choice::from_env()).map_err(|error| Failure::Input(error.to_string()))?;
     let settings = WgpuSettings { adapter_name: Some(gpu.info().name.clone()), ..default() };
-    Ok(RenderPlugin { render_creation: settings.into(), ..default() })
+    let synchronous_pipeline_compilation = pipelines == Pipelines::First;
+    Ok(RenderPlugin { render_creation: settings.into(), synchronous_pipeline_compilation, ..default() })
 }
 
 /// The scene, light and a camera that sees it. The plugin of the engine comes with it.

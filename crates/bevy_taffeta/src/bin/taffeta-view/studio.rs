@@ -2,7 +2,7 @@
 
 use crate::args::Args;
 use crate::settled::{Settled, settled};
-use crate::stage::{self, Opened, StageCamera, StagePlugin, StageRoot};
+use crate::stage::{self, Opened, Pipelines, StageCamera, StagePlugin, StageRoot};
 use bevy::app::{PluginsState, TerminalCtrlCHandlerPlugin};
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
@@ -46,7 +46,7 @@ impl Studio {
         // What is logged of a simulation is said in our own words; which adapter it is, too.
         let filter = "warn,bevy_taffeta=off,bevy_render::renderer=error,bevy_render::view::window=off".into();
         let log = LogPlugin { filter, ..default() };
-        let plugins = DefaultPlugins.set(window).set(log).set(stage::renderer()?);
+        let plugins = DefaultPlugins.set(window).set(log).set(stage::renderer(Pipelines::First)?);
         app.add_plugins(
             plugins
                 .disable::<WinitPlugin>()

@@ -5,7 +5,7 @@ use crate::busy::Busy;
 use crate::plots::history;
 use crate::save::{Source, saved};
 use crate::settled::{Settled, settled};
-use crate::stage::{self, Opened, StagePlugin};
+use crate::stage::{self, Opened, Pipelines, StagePlugin};
 use crate::{changes, colours, grab, looks, orbit, panel, play, save, wires};
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
@@ -31,7 +31,7 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
     stage.on.report_every = REPORTS;
     let source = Source::read(&args.scene, &args.sets).map_err(Failure::Input)?;
     let mut app = App::new();
-    let plugins = DefaultPlugins.set(window).set(stage::renderer()?);
+    let plugins = DefaultPlugins.set(window).set(stage::renderer(Pipelines::Meanwhile)?);
     unless_it_panics(|| _ = app.add_plugins((plugins, stage, settled, hands, panel::panel)))?;
     app.insert_resource(source);
     if let Some(updates) = args.exit_after {
