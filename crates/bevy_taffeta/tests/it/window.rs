@@ -59,7 +59,8 @@ fn picture(path: &Path) -> (u32, u32, Vec<[u8; 3]>) {
 fn a_window_opens_on_a_scene_shows_panels_and_bodies_and_closes() {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("window.png");
     let display = Display::start();
-    let arguments = ["drape.toml", "--size", "1000x640", "--exit-after", "12", "--window-picture"];
+    // A window runs its scene by the clock: a scene that is slower than that would be computed more than drawn.
+    let arguments = ["flag.toml", "--size", "1000x640", "--exit-after", "12", "--window-picture"];
     let output = display.view(&[&arguments[..], &[&path.display().to_string()]].concat());
     let words = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{words}");
