@@ -247,27 +247,28 @@ impl StartContacts {
         }
         let surfaces: Vec<Option<&ContactMaterial<f64>>> =
             assembly.bodies.iter().map(|body| Some(&body.self_contact()?.surface)).collect();
-        let most = LOOKS[1] + LOOKS[0] * nodes.len() as u64;
-        let mut looks = 0;
         let cells = Cells::new(nodes.len(), widest);
         let bucket = |node: &(usize, usize)| cells.bucket(cells.cell(place(node))) as u32;
         let rows = Csr::new(cells.buckets(), nodes.iter().map(bucket).zip(0..));
+        let around = |node: &(usize, usize)| {
+            cells.around(cells.cell(place(node))).flatten().map(|bucket| rows.row(bucket))
+        };
+        // Counted before any of them is looked at: who typed millimetres is told at once.
+        let looks: u64 = nodes.iter().flat_map(around).map(|row| row.len() as u64).sum();
+        if looks > LOOKS[1] + LOOKS[0] * nodes.len() as u64 {
+            return Err(TooMany);
+        }
         let mut found = Self { pairs: 0, worst: [(0, 0); 2], distance: f64::INFINITY, thickness: 1.0 };
         for (i, node) in nodes.iter().enumerate() {
             let (body, x) = (&assembly.bodies[node.0], place(node));
             let Some(own) = body.self_contact() else { continue };
-            let candidates = || cells.around(cells.cell(x)).flatten().map(|bucket| rows.row(bucket));
-            looks += candidates().map(|row| row.len() as u64).sum::<u64>();
-            if looks > most {
-                return Err(TooMany);
-            }
             let touches = |&j: &u32| {
                 let other = &nodes[j as usize];
                 let Some(surface) = surfaces[other.0] else { return false };
                 let thickness = combine_materials(&own.surface, surface).thickness;
                 j as usize > i && norm(sub(place(other), x)) < thickness
             };
-            let mut near: Vec<u32> = candidates().flatten().copied().filter(touches).collect();
+            let mut near: Vec<u32> = around(node).flatten().copied().filter(touches).collect();
             near.sort_unstable();
             near.dedup();
             own.exclusions.each(body.grid_layout, node.1, |other| {
