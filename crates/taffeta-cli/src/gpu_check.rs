@@ -25,14 +25,20 @@ pub struct Args {
     /// Only small scenes and few frames, as on software adapters
     #[arg(long)]
     quick: bool,
+    /// Only checks and measurements whose names, as progress shows them, contain one of these words
+    #[arg(long, value_name = "WORDS", value_delimiter = ',')]
+    only: Vec<String>,
 }
 
 /// Checks and measures the adapter that `TAFFETA_ADAPTER` asks for, else the best one; the table comes last.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut session = Session::open(args.out.as_deref(), args.quick)?;
+    let mut session = Session::open(args.out.as_deref(), args.quick, &args.only)?;
     session.checks()?;
     session.measurements()?;
     let report = session.end()?;
+    if report.is_empty() {
+        return Err(Failure::Input(format!("--only {}: no check has such a name", args.only.join(","))));
+    }
     console::say(&table::of(&report))?;
     match report.failed() {
         0 => Ok(()),

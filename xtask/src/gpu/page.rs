@@ -42,6 +42,9 @@ fn head(report: &Report) -> String {
     if report.quick {
         page.push_str("\nIt was a quick check: small scenes and few frames alone.\n");
     }
+    if !report.only.is_empty() {
+        page.push_str(&format!("\nOnly parts were run whose names contain {}.\n", report.only.join(" or ")));
+    }
     if !report.complete {
         page.push_str("\n**The check did not come to its end.**\n");
     }

@@ -7,6 +7,8 @@ pub struct Report {
     pub version: String,
     pub commit: Option<String>,
     pub quick: bool,
+    #[serde(default)]
+    pub only: Vec<String>,
     /// Whether the check came to its end.
     pub complete: bool,
     pub seconds: f64,

@@ -18,6 +18,8 @@ pub struct Report {
     pub commit: Option<&'static str>,
     /// Whether scenes were small and frames few.
     pub quick: bool,
+    /// Words of which the name of each part has one; all parts, if there are none.
+    pub only: Vec<String>,
     /// Whether the check came to its end.
     pub complete: bool,
     /// Wall time [s].
@@ -44,11 +46,12 @@ pub struct Substep {
 
 impl Report {
     /// Nothing checked yet.
-    pub fn new(gpu: &Gpu, quick: bool) -> Self {
+    pub fn new(gpu: &Gpu, quick: bool, only: &[String]) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             commit: option_env!("TAFFETA_COMMIT"),
             quick,
+            only: only.to_owned(),
             complete: false,
             seconds: 0.0,
             device: Device::of(gpu),
@@ -66,7 +69,15 @@ impl Report {
     pub fn failed(&self) -> usize {
         let rows = self.parity.iter().filter(|row| !row.passed).count();
         let scenes = self.scenes.iter().filter(|scene| !scene.passed).count();
-        rows + scenes + usize::from(self.parity.is_empty()) + usize::from(self.scenes.is_empty())
+        let missing = usize::from(self.parity.is_empty()) + usize::from(self.scenes.is_empty());
+        rows + scenes + if self.only.is_empty() { missing } else { 0 }
+    }
+
+    /// Whether no part was asked for that there is.
+    pub fn is_empty(&self) -> bool {
+        let measured = self.copy.is_some() || self.substep.is_some() || self.read_back.is_some();
+        let checked = !self.parity.is_empty() || !self.scenes.is_empty() || !self.speeds.is_empty();
+        !measured && !checked && self.faults.is_empty()
     }
 }
 
@@ -77,7 +88,7 @@ mod tests {
     #[test]
     fn what_differs_or_was_not_compared_has_failed() {
         let gpu = Gpu::open(&taffeta::taffeta_gpu::Choice::from_env()).expect("an adapter");
-        let mut report = Report::new(&gpu, true);
+        let mut report = Report::new(&gpu, true, &[]);
         assert_eq!(report.failed(), 2, "nothing was compared");
         let row = |passed| Row {
             name: "kernel".into(),

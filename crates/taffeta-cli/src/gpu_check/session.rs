@@ -28,10 +28,10 @@ pub struct Session {
 
 impl Session {
     /// Opens the device.
-    pub fn open(out: Option<&Path>, quick: bool) -> Result<Self, Failure> {
+    pub fn open(out: Option<&Path>, quick: bool, only: &[String]) -> Result<Self, Failure> {
         let choice = Choice::from_env();
         let gpu = Gpu::open(&choice).map_err(|error| Failure::Input(error.to_string()))?;
-        let report = Report::new(&gpu, quick);
+        let report = Report::new(&gpu, quick, only);
         let small = quick || report.device.software;
         let out = out.map(Path::to_owned);
         let session = Self { gpu, choice, small, out, start: Instant::now(), report };
@@ -43,13 +43,21 @@ impl Session {
     /// Compares kernels, then whole scenes, with the CPU.
     pub fn checks(&mut self) -> Result<(), Failure> {
         for row in taffeta::parity::rows() {
-            self.begin(&format!("parity {}", row.name));
+            let name = format!("parity {}", row.name);
+            if !self.wants(&name) {
+                continue;
+            }
+            self.begin(&name);
             let row = parity::run(&row, &self.gpu);
             self.report.parity.push(row);
             self.end_part()?;
         }
         for check in scenes::checks(self.report.quick) {
-            self.begin(&format!("scene {}, {}", check.scene.title, kernels::name(check.kernels)));
+            let name = format!("scene {}, {}", check.scene.title, kernels::name(check.kernels));
+            if !self.wants(&name) {
+                continue;
+            }
+            self.begin(&name);
             let compared = scenes::compare(&check, &self.gpu);
             self.report.scenes.push(compared);
             self.end_part()?;
@@ -89,6 +97,9 @@ impl Session {
         name: &str,
         work: impl FnOnce(&Gpu, &Report) -> Result<T, String>,
     ) -> Result<Option<T>, Failure> {
+        if !self.wants(name) {
+            return Ok(None);
+        }
         let done = if self.start.elapsed() > LONGEST {
             Err(format!("left out, for {} s were over", LONGEST.as_secs()))
         } else {
@@ -98,6 +109,11 @@ impl Session {
         let kept = done.map_err(|why| self.report.faults.push(format!("{name}: {why}"))).ok();
         self.end_part()?;
         Ok(kept)
+    }
+
+    fn wants(&self, name: &str) -> bool {
+        let only = &self.report.only;
+        only.is_empty() || only.iter().any(|word| name.contains(word.as_str()))
     }
 
     fn begin(&self, name: &str) {
