@@ -4,7 +4,8 @@ use crate::common::{V, build, build_as, near, norm, positions, run, scale, sub, 
 use std::collections::HashMap;
 use std::sync::Arc;
 use taffeta::scene::{
-    Body, Bounds, Collider, Icosphere, Mass, Mesh, Method, Pattern, Scene, Select, Sheet, Surface, Volume,
+    Body, Bounds, Collider, Icosphere, Keyframe, Mass, Mesh, Method, Pattern, Scene, Seam, SeamSide, Select,
+    Sheet, Sleep, Surface, Volume,
 };
 use taffeta::{Options, Precision, Simulation};
 
@@ -320,4 +321,101 @@ fn no_step_is_too_long_and_what_is_impossible_is_refused() {
         let error = Simulation::new(&scene, &Options::default()).err().expect("refused").to_string();
         assert!(error.contains("solver.xpbd") && error.contains(words), "{error}");
     }
+}
+
+#[test]
+fn pins_that_move_take_cloth_along() {
+    // Its two corners go 1 m aside within a second, and stay.
+    let mut scene = sheet(25, 4, Method::Xpbd);
+    let body = scene.bodies.remove(0);
+    let aside = vec![Keyframe::translate(0.0, [0.0; 3]), Keyframe::translate(1.0, [1.0, 0.0, 0.0])];
+    let mut body = Body { pins: Vec::new(), ..body }.pin_moving(Select::nodes([0, 24]), aside);
+    body.name = "sheet".to_owned();
+    scene.world.drag = 1e-3;
+    let mut simulation = build(&scene.body(body));
+    let start = positions(&simulation);
+    let mut most = 0.0_f64;
+    for _ in 0..60 {
+        run(&mut simulation, 1);
+        most = most.max(stretch_and_height(&simulation, 25).0);
+    }
+    run(&mut simulation, 240);
+    let places = positions(&simulation);
+    for corner in [0, 24] {
+        assert!(
+            norm(sub(places[corner], [start[corner][0] + 1.0, start[corner][1], start[corner][2]])) < 1e-9
+        );
+    }
+    let mean = |places: &[V]| places.iter().map(|place| place[0]).sum::<f64>() / places.len() as f64;
+    assert!((mean(&places) - mean(&start) - 1.0).abs() < 0.02, "{}", mean(&places));
+    // The corners set out at once with 1 m/s, and the sheet swings down meanwhile.
+    assert!(most < 0.15, "{most}");
+    let (rest, _) = stretch_and_height(&simulation, 25);
+    assert!(rest < 0.02, "{rest}");
+}
+
+#[test]
+fn seams_hold_sheets_together_and_keep_their_momentum() {
+    let half = |name: &str, at: V| {
+        let body = Body::cloth(name, Mesh::grid(12, 12, [0.5, 0.5])).with_mass(Mass::Whole(0.05));
+        let body = body.structural(2000.0, 0.01).shear(400.0, 0.01).bend(1.0, 0.001).at(at);
+        Body { velocity: [0.0, 0.0, if at[0] > 0.0 { 1.0 } else { -0.5 }], ..body }
+    };
+    let side =
+        |body: &str, column| SeamSide { body: body.into(), select: Some(Select::cols(column, column)) };
+    let mut scene = weightless("sewn", 1.0 / 60.0, 1.0 / 480.0).method(Method::Xpbd);
+    scene = scene.body(half("left", [-0.25, 0.0, 0.0])).body(half("right", [0.25, 0.0, 0.0]));
+    let mut simulation = build(&scene.seam(Seam::new(side("left", 11), side("right", 0))));
+    let before = simulation.report().momentum;
+    run(&mut simulation, 60);
+    let places = positions(&simulation);
+    let open =
+        (0..12).map(|row| norm(sub(places[12 * row + 11], places[144 + 12 * row]))).fold(0.0, f64::max);
+    assert!(open < 1e-9, "the seam is open by {open} m");
+    let after = simulation.report().momentum;
+    assert!(norm(sub(after, before)) < 1e-9 * norm(before), "{before:?} {after:?}");
+    // One half pulls the other along: both drift at the mean speed.
+    let mean = |nodes: std::ops::Range<usize>| nodes.map(|node| places[node][2]).sum::<f64>() / 144.0;
+    assert!((mean(0..144) - mean(144..288)).abs() < 0.5, "{} {}", mean(0..144), mean(144..288));
+}
+
+#[test]
+fn cloth_at_rest_falls_asleep_and_wakes_when_it_is_pushed() {
+    let body = Body::cloth("cloth", Mesh::grid(12, 12, [0.4, 0.4])).with_mass(Mass::Area(0.2));
+    let body = body.structural(1000.0, 0.01).shear(200.0, 0.01).bend(1.0, 0.001).at([0.0, 0.05, 0.0]);
+    let mut scene = Scene::new("floor").time(1.0 / 60.0, 1.0 / 240.0).method(Method::Xpbd).body(body);
+    scene.world.drag = 1e-3;
+    scene.sleep = Some(Sleep { speed: 5e-3, after: 0.2 });
+    let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction(0.6);
+    let mut simulation = build(&scene.collider(floor));
+    let cloth = simulation.body("cloth").unwrap();
+    while !simulation.is_asleep(cloth).unwrap() {
+        assert!(simulation.step().unwrap().time < 10.0, "it does not fall asleep");
+    }
+    let (still, hash) = (positions(&simulation), simulation.state_hash());
+    run(&mut simulation, 10);
+    assert_eq!(simulation.state_hash(), hash);
+    simulation.apply_force(cloth, 143, [0.0, 0.5, 0.0]).unwrap();
+    run(&mut simulation, 1);
+    assert!(!simulation.is_asleep(cloth).unwrap());
+    assert!(positions(&simulation)[143][1] > still[143][1]);
+}
+
+#[test]
+fn a_soft_body_keeps_its_volume_on_a_floor() {
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 3 });
+    let mut body = Body::soft("ball", ball).with_mass(Mass::Whole(0.5)).structural(500.0, 0.0);
+    body.volume = Some(Volume::default());
+    let scene = Scene::new("ball").time(1.0 / 60.0, 1.0 / 480.0).method(Method::Xpbd);
+    let scene = scene.body(body.at([0.0, 0.3, 0.0])).collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]));
+    let mut simulation = build(&scene);
+    let whole = simulation.report().volumes[0].unwrap();
+    for _ in 0..120 {
+        run(&mut simulation, 1);
+        let share = simulation.report().volumes[0].unwrap() / whole;
+        assert!((share - 1.0).abs() < 0.03, "{share} of its volume");
+    }
+    let lowest = positions(&simulation).iter().map(|place| place[1]).fold(1.0, f64::min);
+    // Where surfaces are kept apart, and nowhere else.
+    assert!((0.01 - 1e-9..0.011).contains(&lowest), "{lowest} m");
 }
