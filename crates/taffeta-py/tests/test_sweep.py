@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import subprocess
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 import taffeta
 import taffeta.sweeps
+from taffeta.sweeps._identity import of_function
 
 pytest.importorskip("pyarrow")
 
@@ -136,6 +138,11 @@ def test_wrong_arguments_are_refused_before_anything_runs(hanging: taffeta.Scene
     refused(r"samples\[0\] is 3", samples=[3])
     refused("frames is 0", grid={BENDING: [1.0]}, frames=0)
     refused("no array `colours`", grid={BENDING: [1.0]}, arrays=["colours"])
+    refused("frames is 2.5; a whole number", grid={BENDING: [1.0]}, frames=2.5)
+    refused("measure is 5; a function", grid={BENDING: [1.0]}, measure=5)
+    refused("a list of names", grid={BENDING: [1.0]}, arrays="positions")
+    refused("f16", grid={BENDING: [1e-5]}, options={"precision": "f16"})
+    refused("samples are a int", samples=3)
     refused("rest is 0.0 m/s", grid={BENDING: [1.0]}, rest=0.0)
     refused("every is 0", grid={BENDING: [1.0]}, every=0)
     refused("attempts is 0", grid={BENDING: [1.0]}, attempts=0)
@@ -172,11 +179,11 @@ def test_what_failed_is_run_again_where_that_is_asked_for(hanging: taffeta.Scene
 
 def test_a_folder_is_of_one_experiment(hanging: taffeta.Scene, tmp_path: Path) -> None:
     swept(hanging, tmp_path / "out", [1e-5])
-    with pytest.raises(taffeta.InputError, match="frames was 5, and is 6"):
+    with pytest.raises(taffeta.InputError, match="`frames` was 5 and is now 6"):
         swept(hanging, tmp_path / "out", [1e-5], frames=6)
-    with pytest.raises(taffeta.InputError, match="its scene was"):
+    with pytest.raises(taffeta.InputError, match="`scene` was"):
         swept(hanging.copy().world(drag=0.5), tmp_path / "out", [1e-5])
-    with pytest.raises(taffeta.InputError, match="its options was"):
+    with pytest.raises(taffeta.InputError, match="`options` was"):
         swept(hanging, tmp_path / "out", [1e-5], options={"precision": "f64"})
     (tmp_path / "out" / "manifest.json").write_text("{")
     with pytest.raises(taffeta.InputError, match="it is damaged"):
@@ -191,8 +198,101 @@ def test_a_mesh_that_changed_is_another_experiment(tmp_path: Path) -> None:
     grid = {"world.drag": [0.0]}
     taffeta.sweep(scene(0.0), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
     taffeta.sweep(scene(0.0), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
-    with pytest.raises(taffeta.InputError, match="its scene was"):
+    with pytest.raises(taffeta.InputError, match="`scene` was"):
         taffeta.sweep(scene(0.1), grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+
+
+def test_a_function_that_measures_something_else_is_another_experiment(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    def closure(node: int) -> Measure:
+        return lambda simulation: {"height": float(simulation.positions()[node, 1])}
+
+    class Height:
+        def __init__(self, node: int) -> None:
+            self.node = node
+
+        def __call__(self, simulation: taffeta.Simulation) -> dict[str, Any]:
+            return {"height": float(simulation.positions()[self.node, 1])}
+
+    def of_node(simulation: taffeta.Simulation, node: int) -> dict[str, Any]:
+        return {"height": float(simulation.positions()[node, 1])}
+
+    makers: list[Callable[[int], Measure]] = [closure, Height, lambda node: functools.partial(of_node, node=node)]
+    for number, make in enumerate(makers):
+        out = tmp_path / str(number)
+        first = swept(hanging, out, [1e-5], measure=make(63))
+        assert swept(hanging, out, [1e-5], measure=make(63)).table.equals(first.table)
+        with pytest.raises(taffeta.InputError, match="`measure` was"):
+            swept(hanging, out, [1e-5], measure=make(60))
+
+
+def test_a_function_is_the_same_wherever_it_is_written() -> None:
+    here = "def measure(simulation):\n    return {'a': helper(simulation)}\ndef helper(simulation):\n    return 1\n"
+    identities: list[str | None] = []
+    for source in (here, "\n\n" + here, here.replace("1", "2")):
+        module: dict[str, Any] = {"__name__": "__main__"}
+        exec(source, module)
+        identities.append(of_function(module["measure"]))
+    assert identities[0] == identities[1] != identities[2]
+
+
+def test_a_mesh_file_that_changed_is_another_experiment(tmp_path: Path) -> None:
+    lines = ["v 0 0 0", "v 1 0 0", "v 0 0 1", "v 1 0 1"]
+    (tmp_path / "patch.obj").write_text("\n".join([*lines, "f 1 3 2", "f 2 3 4", ""]))
+    scene = taffeta.Scene({"body": [{"mesh": {"file": "patch.obj"}, "mass": 0.1}]}, folder=tmp_path).time(frames=2)
+    grid = {"world.drag": [0.0]}
+    taffeta.sweep(scene, grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+    (tmp_path / "patch.obj").write_text("\n".join([*lines, "f 1 3 4", "f 1 4 2", ""]))
+    with pytest.raises(taffeta.InputError, match="`scene` was"):
+        taffeta.sweep(scene, grid=grid, out=tmp_path / "out", jobs=1, progress=False)
+
+
+def test_frames_may_be_part_of_a_sample(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    samples = [{"time.frames": 2}, {BENDING: 1e-5}, {"time.frames": 7}]
+    found = taffeta.sweep(hanging.set("time.frames", 4), samples=samples, out=tmp_path / "out", jobs=1, progress=False)
+    assert found.table.column("frame").to_pylist() == [2, 4, 7]
+    with pytest.raises(taffeta.InputError, match="also as `time.frames` of samples"):
+        taffeta.sweep(hanging, samples=samples, frames=3, out=tmp_path / "other", progress=False)
+
+
+@pytest.mark.parametrize(
+    ("measured", "message"),
+    [
+        ({"run": 77}, "measure returned `run`, which is a column"),
+        ({BENDING: 77}, f"measure returned `{BENDING}`, which is a column"),
+        ({1: 2}, "measure returned 1 for a name"),
+        ({"many": 2**70}, "a number of 64 bits would do"),
+        ({"turned": 1j}, "is a complex"),
+        ([1.0], "measure returned a list"),
+    ],
+)
+def test_what_cannot_be_kept_fails_its_run_alone(
+    measured: Any, message: str, hanging: taffeta.Scene, tmp_path: Path
+) -> None:
+    found = swept(hanging, tmp_path / "out", [1e-5], measure=lambda _: measured)
+    assert message in found.table.to_pylist()[0]["message"]
+
+
+def test_a_measure_that_ends_the_program_ends_its_run_alone(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    found = swept(hanging, tmp_path / "out", [1e-5], measure=lambda _: sys.exit(3))
+    assert found.table.to_pylist()[0]["error"] == "SystemExit"
+
+
+def test_lists_without_a_type_in_common_become_text(hanging: taffeta.Scene, tmp_path: Path) -> None:
+    found = swept(hanging, tmp_path / "out", [1e-5], measure=lambda _: {"ragged": [1, [2]], "odd": "\ud800"})
+    assert (found.done, found.table.to_pylist()[0]["ragged"]) == (1, "[1, [2]]")
+
+
+def test_arrays_are_found_from_another_folder(
+    hanging: taffeta.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = swept(hanging, Path("out"), [1e-5], arrays=["positions"])
+    monkeypatch.chdir("/")
+    assert found.arrays(0)["positions"].shape == (64, 3)
+    [kept] = (tmp_path / "out" / "runs").glob("*.npz")
+    kept.unlink()
+    monkeypatch.chdir(tmp_path)
+    assert swept(hanging, Path("out"), [1e-5], arrays=["positions"]).arrays(0)["positions"].shape == (64, 3)
 
 
 def test_a_run_whose_file_was_cut_off_is_run_again(hanging: taffeta.Scene, tmp_path: Path) -> None:
@@ -239,6 +339,14 @@ def test_the_program_sweeps(hanging: taffeta.Scene, tmp_path: Path) -> None:
     found = taffeta.sweeps.Sweep(tmp_path / "flag-sweep").to_pandas()
     assert found[BENDING].tolist() == [1e-6, 1e-6, 1e-5, 1e-5, 1e-4, 1e-4]
     assert found["body.cloth.material.preset"].tolist() == ["silk", "denim"] * 3
+    for words, message in [
+        (["world.drag=0:1"], "a range needs a count: 0:1:8"),
+        (["world.drag=0,"], "a value between its commas is missing"),
+        (["world.drag=0", "--grid", "world.drag=1"], "`world.drag` has values already"),
+        (["world.drag=0", "--set", "world.drag=0,1"], "one value would do"),
+    ]:
+        refused = said(*words)
+        assert (refused.returncode, message in refused.stderr) == (2, True), refused.stderr
     wrong = said("nothing")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert "PATH=FIRST:LAST:COUNT" in wrong.stderr

@@ -97,9 +97,17 @@ class Scene:
 
     @property
     def frames(self) -> int | None:
-        """How many frames a run of it has, where that is written."""
+        """How many frames a run of it has, where that is written or set."""
         frames = self._document().get("time", {}).get("frames")
+        for override in self._overrides:
+            path, _, value = override.partition("=")
+            frames = value if path.strip() == "time.frames" else frames
         return None if frames is None else int(frames)
+
+    @property
+    def folder(self) -> Path:
+        """Where the files lie that it names."""
+        return self._folder
 
     def copy(self) -> Scene:
         """Another scene with the same content."""

@@ -47,8 +47,8 @@ class Local:
     """
 
     def __init__(self, jobs: int | None = None) -> None:
-        if jobs is not None and not 1 <= jobs <= 1024:
-            raise InputError(f"jobs is {jobs}; 1 to 1024 would do")
+        if jobs is not None and jobs not in range(1, 1025):
+            raise InputError(f"jobs is {jobs}; a whole number from 1 to 1024 would do")
         loky = package("loky")
         self.lost: tuple[type[BaseException], ...] = (loky.process_executor.BrokenProcessPool,)
         self.slots: int = jobs or loky.cpu_count()
@@ -100,10 +100,19 @@ class Ray:
 
     def __init__(self, address: str | None = None, jobs: int | None = None) -> None:
         ray = self._ray = package("ray")
-        self.lost: tuple[type[BaseException], ...] = (package("ray.exceptions").RayError,)
+        errors = package("ray.exceptions")
+        self.lost: tuple[type[BaseException], ...] = (
+            errors.WorkerCrashedError,
+            errors.NodeDiedError,
+            errors.ObjectLostError,
+            errors.OutOfMemoryError,
+            errors.LocalRayletDiedError,
+        )
         self._is_own = not ray.is_initialized()
+        if address is not None and not self._is_own:
+            raise InputError(f"{address}: this program is in a cluster of Ray already; ray.shutdown() leaves it")
         if self._is_own:
-            cores = {} if address else {"num_cpus": jobs}
+            cores = {} if address or "RAY_ADDRESS" in os.environ else {"num_cpus": jobs}
             ray.init(address=address, include_dashboard=False, log_to_driver=False, **cores)
         # A run that was lost is given out again by the sweep, which counts how often.
         self._execute: Any = ray.remote(max_retries=0, num_cpus=1)(_run.execute)
@@ -141,7 +150,10 @@ class Dask:
         if address is None:
             made = distributed.LocalCluster(n_workers=jobs, threads_per_worker=1, processes=True, dashboard_address=None)
         self._cluster = made
-        self._client: Any = distributed.Client(made if made is not None else address)
+        try:
+            self._client: Any = distributed.Client(made if made is not None else address)
+        except (OSError, TimeoutError) as error:
+            raise InputError(f"{address}: no scheduler of Dask answers there ({_short(error)})") from None
         self._executor: Any = self._client.get_executor(pure=False)
         self.lost: tuple[type[BaseException], ...] = (distributed.scheduler.KilledWorker, OSError)
 
@@ -164,14 +176,28 @@ class Dask:
             self._cluster.close()
 
 
+NAMES = ("local", "ray", "dask")
+
+
+def refuse_unknown(backend: str | Backend) -> None:
+    """Refuses a name that is none."""
+    if isinstance(backend, str) and backend not in NAMES:
+        raise InputError(f"there is no backend `{backend}`; there are: {', '.join(NAMES)}")
+
+
+def _short(error: BaseException) -> str:
+    return next(iter(str(error).splitlines()), type(error).__name__).strip()
+
+
 def named(backend: str | Backend, jobs: int | None) -> tuple[Backend, bool]:
     """A backend by its name, and whether it is the sweep's own to close."""
     if not isinstance(backend, str):
+        if jobs is not None:
+            raise InputError("jobs are of a backend that is named; this one has its own")
         return backend, False
     if backend == "local":
         return Local(jobs), True
     if backend == "ray":
         return Ray(jobs=jobs), True
-    if backend == "dask":
-        return Dask(jobs=jobs), True
-    raise InputError(f"there is no backend `{backend}`; there are: local, ray, dask")
+    refuse_unknown(backend)
+    return Dask(jobs=jobs), True

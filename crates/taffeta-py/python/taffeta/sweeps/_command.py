@@ -18,6 +18,8 @@ _EXAMPLE = """example:
 
 A grid is PATH=FIRST:LAST:COUNT, PATH=FIRST:LAST:log:COUNT, or PATH=ONE,OTHER,…; with several of them all combinations run.
 Paths are those of `taffeta run --set`. A sweep that was stopped goes on when the same command is given again.
+
+Exit codes: 0 if a run was done, also where others failed; 1 if all failed; 2 if nothing could be run; 130 after Ctrl-C.
 """
 
 
@@ -49,10 +51,10 @@ def run(arguments: argparse.Namespace) -> int:
         found = sweep(
             _scene(arguments),
             out=out,
-            grid=dict(_plan.parse(text) for text in arguments.grid),
+            grid=_grid(arguments.grid),
             frames=arguments.frames,
             rest=arguments.rest,
-            arrays=[name for name in arguments.arrays.split(",") if name],
+            arrays=[name.strip() for name in arguments.arrays.split(",") if name.strip()],
             every=arguments.every,
             backend=_backend(arguments),
             jobs=arguments.jobs,
@@ -70,10 +72,22 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if found.done else 1
 
 
+def _grid(texts: list[str]) -> dict[str, list[Any]]:
+    grid: dict[str, list[Any]] = {}
+    for text in texts:
+        path, values = _plan.parse(text)
+        if path in grid:
+            raise taffeta.InputError(f"--grid {text}: `{path}` has values already")
+        grid[path] = values
+    return grid
+
+
 def _scene(arguments: argparse.Namespace) -> taffeta.Scene:
     scene = taffeta.Scene(Path(arguments.scene))
     for text in arguments.set:
         path, values = _plan.parse(text)
+        if len(values) != 1:
+            raise taffeta.InputError(f"--set {text}: one value would do; --grid takes several")
         scene.set(path, values[0])
     return scene
 
@@ -83,12 +97,15 @@ def _backend(arguments: argparse.Namespace) -> Any:
         return arguments.backend
     if arguments.backend == "local":
         raise taffeta.InputError("--address is that of a cluster: --backend ray or --backend dask would do")
+    if arguments.jobs is not None:
+        raise taffeta.InputError("--jobs are those of this machine; a cluster with an --address has its own")
     kind = {"ray": _backends.Ray, "dask": _backends.Dask}[arguments.backend]
     return kind(arguments.address)
 
 
 def _tell(found: Any, out: Path) -> None:
-    print(f"{len(found)} runs: {found.done} done, {found.failed} failed; results are in {out / RESULTS}")
+    runs = "1 run" if len(found) == 1 else f"{len(found)} runs"
+    print(f"{runs}: {found.done} done, {found.failed} failed; results are in {out / RESULTS}")
     messages = [(row["run"], row["message"]) for row in found.table.to_pylist() if row["status"] == "failed"]
     for number, message in messages[:5]:
         print(f"run {number} failed: {message.splitlines()[0]}")

@@ -6,13 +6,14 @@ import hashlib
 import itertools
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, cast
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
 from taffeta import _native
 from taffeta._errors import InputError
+from taffeta._kinds import is_mapping, is_sequence
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 #: Values by the paths that `Scene.set` takes.
 Sample: TypeAlias = "dict[str, Any]"
+
+
+#: Columns that every sweep has beside those of reports.
+COLUMNS = ("run", "key", "status", "error", "message", "warnings", "state_hash", "peak_stretch", "at_rest")
 
 
 def of_grid(grid: Mapping[str, Iterable[Any]]) -> list[Sample]:
@@ -34,16 +39,19 @@ def of_grid(grid: Mapping[str, Iterable[Any]]) -> list[Sample]:
 
 
 def of_samples(samples: Any) -> list[Sample]:
-    """A list of dicts, or a table of pandas with a row a sample.
+    """A list of dicts, or a data frame of pandas or Polars with a row for each sample.
 
     >>> of_samples([{"a": np.float64(0.5)}])
     [{'a': 0.5}]
     """
-    rows: Any = samples.to_dict("records") if hasattr(samples, "to_dict") else samples
     try:
-        every: list[Any] = list(rows)
+        if hasattr(samples, "to_dicts"):
+            # A frame of Polars.
+            every: list[Any] = list(samples.to_dicts())
+        else:
+            every = list(samples.to_dict("records") if hasattr(samples, "to_dict") else samples)
     except TypeError:
-        every = [rows]
+        raise InputError(f"samples are a {type(samples).__name__}; a list of dicts or a data frame would do") from None
     return [_sample(index, row) for index, row in enumerate(every)]
 
 
@@ -53,7 +61,7 @@ def _sample(index: int, row: Any) -> Sample:
     return {str(path): plain(value, f"samples[{index}]: `{path}`") for path, value in row.items()}
 
 
-def parse(text: str) -> tuple[str, list[Any]]:
+def parse(given: str) -> tuple[str, list[Any]]:
     """What `--grid` of the program takes: a path, and a range or a list of values.
 
     >>> parse("world.drag=0:1:3")
@@ -63,13 +71,26 @@ def parse(text: str) -> tuple[str, list[Any]]:
     >>> parse("body.flag.material.preset=silk,denim")
     ('body.flag.material.preset', ['silk', 'denim'])
     """
-    path, equals, values = text.partition("=")
+    path, equals, values = given.partition("=")
     if not (path and equals and values):
-        raise InputError(f"`{text}`: PATH=FIRST:LAST:COUNT, PATH=FIRST:LAST:log:COUNT or PATH=ONE,OTHER,… would do")
+        raise InputError(f"`{given}`: PATH=FIRST:LAST:COUNT, PATH=FIRST:LAST:log:COUNT or PATH=ONE,OTHER,… would do")
     parts = values.split(":")
     if len(parts) in (3, 4):
-        return path, _range(text, parts)
-    return path, [_value(part) for part in _split(values)]
+        return path, _range(given, parts)
+    if len(parts) == 2 and all(_is_number(part) for part in parts):
+        raise InputError(f"`{given}`: a range needs a count: {values}:8, or {parts[0]}:{parts[1]}:log:8")
+    listed = _split(values)
+    if not all(part.strip() for part in listed):
+        raise InputError(f"`{given}`: a value between its commas is missing")
+    return path, [_value(part) for part in listed]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def key(sample: Sample) -> str:
@@ -85,23 +106,6 @@ def of_scene(scene: Scene, sample: Sample) -> Scene:
     return changed
 
 
-def refuse_unfit(scene: Scene, samples: Sequence[Sample]) -> None:
-    """Refuses samples none of which the scene takes, such as those of a misspelt path.
-
-    Where a scene takes only some, the others become rows that say why.
-    """
-    first: Exception | None = None
-    for sample in samples:
-        try:
-            of_scene(scene, sample)
-        except Exception as error:
-            first = first or error
-        else:
-            return
-    if first is not None:
-        raise first
-
-
 def _several(path: str, values: Any) -> list[Any]:
     if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__"):
         raise InputError(f"grid: `{path}` has {values!r}; a list of values would do")
@@ -111,20 +115,24 @@ def _several(path: str, values: Any) -> list[Any]:
     return all_of_it
 
 
-def is_mapping(value: Any) -> TypeGuard[Mapping[Any, Any]]:
-    """Whether it is a dict, or like one."""
-    return isinstance(value, Mapping)
+def text(value: str) -> str:
+    """A text as files take it."""
+    return value.encode("utf-8", "replace").decode("utf-8")
 
 
 def plain(value: Any, what: str) -> Any:
     """A value as JSON has it; `what` names it where it is none."""
     if isinstance(value, (np.generic, np.ndarray)):
-        return cast("NDArray[Any]", value).tolist()
+        return plain(cast("NDArray[Any]", value).tolist(), what)
     if is_mapping(value):
         return {str(name): plain(inner, what) for name, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(inner, what) for inner in cast("list[Any]", value)]
-    if value is None or isinstance(value, (bool, int, float, str)):
+    if is_sequence(value):
+        return [plain(inner, what) for inner in value]
+    if isinstance(value, str):
+        return text(value)
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise InputError(f"{what} is {value}; a number of 64 bits would do")
+    if value is None or isinstance(value, (bool, int, float)):
         return value
     raise InputError(f"{what} is a {type(value).__name__}; numbers, texts, lists and dicts would do")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from taffeta._errors import InputError
 from taffeta._packages import package
 from taffeta.sweeps import _plan
-from taffeta.sweeps._folder import MANIFEST, Folder
+from taffeta.sweeps._folder import Folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,8 +33,7 @@ class Sweep:
         self._folder = Folder(Path(folder))
         #: A row a run, in the order of the samples: a table of pyarrow.
         self.table: Any = self._folder.read_results()
-        manifest = json.loads((self.folder / MANIFEST).read_text())
-        self._paths: list[str] = manifest["paths"]
+        self._paths: list[str] = self._folder.read_manifest().get("paths", [])
 
     @property
     def folder(self) -> Path:
@@ -90,7 +89,15 @@ def table(samples: list[Sample], rows: dict[str, dict[str, Any]]) -> Any:
         lines.append({"run": run, "key": key, **sample, **rows.get(key, {"status": "waiting"})})
     names = list(dict.fromkeys(name for line in lines for name in line))
     columns = {name: _column([line.get(name) for line in lines]) for name in names}
-    return arrow.table({name: arrow.array(column) for name, column in columns.items()})
+    return arrow.table({name: _array(arrow, column) for name, column in columns.items()})
+
+
+def _array(arrow: Any, values: list[Any]) -> Any:
+    try:
+        return arrow.array(values)
+    except (arrow.ArrowException, OverflowError, UnicodeError):
+        # Lists that have no type in common.
+        return arrow.array([None if value is None else json.dumps(value) for value in values])
 
 
 def _column(values: list[Any]) -> list[Any]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from taffeta._errors import InputError, SceneWarning
+from taffeta._kinds import is_mapping
 from taffeta._native import Simulation
 from taffeta._packages import package
 from taffeta._reports import row as row_of
@@ -39,7 +40,8 @@ class Job:
     """What all runs of a sweep share."""
 
     scene: Scene
-    frames: int
+    #: How many frames each has; those of its scene, if there is no number.
+    frames: int | None
     rest: float | None = None
     measure: Measure | None = None
     arrays: tuple[str, ...] = ()
@@ -62,6 +64,8 @@ class Outcome:
     seconds: float = 0.0
     host: str = ""
     process: int = 0
+    #: What is known of it beside its message.
+    detail: str | None = None
 
 
 def execute(packed: bytes, sample: _plan.Sample) -> Outcome:
@@ -70,8 +74,9 @@ def execute(packed: bytes, sample: _plan.Sample) -> Outcome:
     try:
         job: Job = package("cloudpickle").loads(packed)
         outcome = _run(job, sample)
-    except Exception as error:
-        outcome = failed(type(error).__name__, str(error))
+    except BaseException as error:
+        # Also what would end a program: it ends this run alone.
+        outcome = failed(type(error).__name__, _text(error))
     outcome.seconds = time.perf_counter() - start
     outcome.host, outcome.process = socket.gethostname(), os.getpid()
     return outcome
@@ -83,11 +88,15 @@ def failed(kind: str, message: str) -> Outcome:
 
 
 def _run(job: Job, sample: _plan.Sample) -> Outcome:
-    simulation = quiet_simulation(_plan.of_scene(job.scene, sample), job.options)
+    scene = _plan.of_scene(job.scene, sample)
+    frames = scene.frames if job.frames is None else job.frames
+    if frames is None:
+        raise InputError("this sample has no `time.frames`")
+    simulation = quiet_simulation(scene, job.options)
     kept = _Kept(job, simulation)
     peak = simulation.report["max_stretch"]
     calm = 0
-    for _ in range(job.frames):
+    for _ in range(frames):
         peak = max(peak, simulation.step()["max_stretch"])
         kept.look(simulation)
         calm = calm + 1 if job.rest is not None and _speed(simulation) < job.rest else 0
@@ -100,7 +109,7 @@ def _run(job: Job, sample: _plan.Sample) -> Outcome:
     row["peak_stretch"] = peak
     row.update(row_of(simulation.report))
     if job.measure is not None:
-        row.update(_measured(job.measure(simulation), row))
+        row.update(_measured(job.measure(simulation), {*row, *sample, *_plan.COLUMNS}))
     return Outcome(row, kept.arrays(simulation))
 
 
@@ -116,14 +125,23 @@ def quiet_simulation(scene: Scene, options: dict[str, Any]) -> Simulation:
         return Simulation(scene, **options)
 
 
-def _measured(found: Any, row: dict[str, Any]) -> dict[str, Any]:
+def _text(error: BaseException) -> str:
+    try:
+        return _plan.text(str(error))
+    except Exception:
+        return "it has no text"
+
+
+def _measured(found: Any, taken: set[str]) -> dict[str, Any]:
     """What is measured, as JSON has it."""
-    if not _plan.is_mapping(found):
+    if not is_mapping(found):
         raise InputError(f"measure returned a {type(found).__name__}; a dict of numbers by their names would do")
     for name in found:
-        if name in row:
-            raise InputError(f"measure returned `{name}`, which is a column of every sweep: another name would do")
-    return {str(name): _plan.plain(value, f"measure: `{name}`") for name, value in found.items()}
+        if not isinstance(name, str):
+            raise InputError(f"measure returned {name!r} for a name; a text would do")
+        if name in taken:
+            raise InputError(f"measure returned `{name}`, which is a column of the sweep: another name would do")
+    return {_plan.text(name): _plan.plain(value, f"measure: `{name}`") for name, value in found.items()}
 
 
 class _Kept:

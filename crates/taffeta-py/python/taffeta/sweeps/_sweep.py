@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import inspect
-import json
+import operator
 import os
 import platform
 import sys
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
-
-import numpy as np
 
 from taffeta import _native
 from taffeta._errors import InputError
 from taffeta._packages import package
 from taffeta._scene import Scene
-from taffeta.sweeps import _backends, _plan, _results, _run
+from taffeta.sweeps import _backends, _identity, _plan, _results, _run
 from taffeta.sweeps._folder import RESULTS, Folder
 from taffeta.sweeps._progress import Progress
 
@@ -91,64 +89,71 @@ def sweep(
     for name in ("cloudpickle", "filelock", "loky", "pyarrow"):
         package(name)
     job = _job(scene, frames, rest, measure, arrays, every, options)
-    chosen = _samples(grid, samples)
-    if not 1 <= attempts:
-        raise InputError(f"attempts is {attempts}; 1 or more would do")
-    _plan.refuse_unfit(job.scene, chosen)
+    chosen = _samples(grid, samples, job)
+    attempts = _whole("attempts", attempts)
+    _backends.refuse_unknown(backend)
+    _refuse_unfit(job, chosen)
+    packed, experiment = job.packed(), _experiment(job)
     folder = Folder(Path(out))
-    experiment = _experiment(job)
     with folder.taken(experiment):
-        content = _manifest(experiment, chosen)
+        before = folder.read_manifest()
+        content = _manifest(job, experiment, chosen, before)
         folder.manifest(content)
         by_key = {_plan.key(sample): sample for sample in chosen}
-        rows = folder.done(list(by_key))
+        rows = folder.done(list(by_key), experiment)
         if retry_failed:
             rows = {key: row for key, row in rows.items() if row["status"] == "done"}
         watch = Progress(len(rows), len(by_key)) if progress is True else progress or _unwatched
         try:
             if len(rows) < len(by_key):
-                _drive(folder, job, by_key, rows, _given(backend, jobs), attempts, watch)
+                runs = _Runs(folder, experiment, packed, by_key, rows, attempts, watch)
+                with _given(backend, jobs) as opened:
+                    runs.run(opened)
         finally:
             # Also where it is stopped: what is done can be read, and is not run again.
             folder.results(_results.table(chosen, rows))
-            folder.manifest({**content, **_ended(folder, rows)})
-    return _results.Sweep(out)
+            folder.manifest({**content, **_ended(folder, rows, list(by_key))})
+    return _results.Sweep(folder.path)
 
 
-def _drive(
-    folder: Folder,
-    job: _run.Job,
-    by_key: dict[str, Sample],
-    rows: dict[str, dict[str, Any]],
-    opened: contextlib.AbstractContextManager[Backend],
-    attempts: int,
-    watch: Watch,
-) -> None:
-    """Runs what has not run."""
-    packed = job.packed()
-    waiting = deque(key for key in by_key if key not in rows)
-    tries: Counter[str] = Counter()
-    with opened as backend:
-        flights: dict[Future[_run.Outcome], str] = {}
-        while waiting or flights:
-            while waiting and len(flights) < backend.slots:
+@dataclass
+class _Runs:
+    """What runs, and what has run."""
+
+    folder: Folder
+    experiment: dict[str, Any]
+    packed: bytes
+    by_key: dict[str, Sample]
+    rows: dict[str, dict[str, Any]]
+    attempts: int
+    watch: Watch
+
+    def run(self, backend: Backend) -> None:
+        """Runs what has not run."""
+        waiting = deque(key for key in self.by_key if key not in self.rows)
+        failed = sum(row["status"] == "failed" for row in self.rows.values())
+        tries: Counter[str] = Counter()
+        pending: dict[Future[_run.Outcome], str] = {}
+        while waiting or pending:
+            while waiting and len(pending) < backend.slots:
                 key = waiting.popleft()
                 tries[key] += 1
-                flights[backend.submit(packed, by_key[key])] = key
-            landed, _ = wait(flights, return_when=FIRST_COMPLETED)
-            for future in landed:
-                key = flights.pop(future)
+                pending[backend.submit(self.packed, self.by_key[key])] = key
+            finished, _ = wait(pending, return_when=FIRST_COMPLETED)
+            for future in finished:
+                key = pending.pop(future)
                 try:
                     outcome = future.result()
                 except backend.lost as error:
-                    if tries[key] < attempts:
+                    if tries[key] < self.attempts:
                         waiting.appendleft(key)
                         continue
-                    what = f"its worker was lost {attempts} times, the last time by: {_first_line(error)}"
-                    outcome = _run.failed("WorkerLost", what)
-                folder.keep(key, by_key[key], outcome)
-                rows[key] = outcome.row
-                watch(len(rows), sum(row["status"] == "failed" for row in rows.values()), len(by_key))
+                    outcome = _run.failed("WorkerLost", f"its worker was lost {self.attempts} times")
+                    outcome.detail = str(error)
+                self.folder.keep(key, self.by_key[key], outcome, self.experiment)
+                self.rows[key] = outcome.row
+                failed += outcome.row["status"] == "failed"
+                self.watch(len(self.rows), failed, len(self.by_key))
 
 
 def _job(
@@ -162,15 +167,14 @@ def _job(
 ) -> _run.Job:
     """What all runs share, checked."""
     scene = Scene(scene)
-    frames = scene.frames if frames is None else frames
-    if frames is None:
-        raise InputError("the scene has no `time.frames`, and no frames are given; one of the two would do")
-    if frames < 1:
-        raise InputError(f"frames is {frames}; 1 or more would do")
+    frames = None if frames is None else _whole("frames", frames)
+    every = None if every is None else _whole("every", every)
+    if measure is not None and not callable(measure):
+        raise InputError(f"measure is {measure!r}; a function of a Simulation would do")
+    if isinstance(arrays, str):
+        raise InputError(f"arrays is {arrays!r}; a list of names would do: [{arrays!r}]")
     if rest is not None and not rest > 0.0:
         raise InputError(f"rest is {rest} m/s; above 0 would do")
-    if every is not None and every < 1:
-        raise InputError(f"every is {every}; 1 or more would do")
     for name in arrays:
         if name not in _run.ARRAYS:
             raise InputError(f"there is no array `{name}`; there are: {', '.join(_run.ARRAYS)}")
@@ -178,13 +182,53 @@ def _job(
     return _run.Job(scene, frames, rest, measure, tuple(arrays), every, chosen)
 
 
-def _samples(grid: Mapping[str, Iterable[Any]] | None, samples: Any) -> list[Sample]:
+def _whole(name: str, value: Any) -> int:
+    """A whole number from 1 on."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(f"{name} is {value!r}; a whole number would do") from None
+    if number < 1:
+        raise InputError(f"{name} is {number}; 1 or more would do")
+    return number
+
+
+def _samples(grid: Mapping[str, Iterable[Any]] | None, samples: Any, job: _run.Job) -> list[Sample]:
     if (grid is None) == (samples is None):
         raise InputError("a sweep has either a grid or samples")
     chosen = _plan.of_grid(grid) if grid is not None else _plan.of_samples(samples)
     if not chosen:
         raise InputError("there are no samples to run")
+    lengths = sum("time.frames" in sample for sample in chosen)
+    if job.frames is not None and lengths:
+        raise InputError("frames are given, and also as `time.frames` of samples; one of the two would do")
+    if job.frames is None and job.scene.frames is None and lengths < len(chosen):
+        raise InputError("the scene has no `time.frames`, and no frames are given; one of the two would do")
     return chosen
+
+
+def _refuse_unfit(job: _run.Job, samples: list[Sample]) -> None:
+    """Refuses samples none of which the scene takes, and options that no simulation takes.
+
+    Where a scene takes only some samples, the others become rows that say why.
+    """
+    first: Exception | None = None
+    for sample in samples:
+        try:
+            scene = _plan.of_scene(job.scene, sample)
+        except Exception as error:
+            first = first or error
+            continue
+        try:
+            _run.quiet_simulation(scene, job.options)
+        except (TypeError, InputError):
+            raise
+        except Exception:
+            # Of this sample alone, as far as is known: it is a row.
+            pass
+        return
+    if first is not None:
+        raise first
 
 
 @contextlib.contextmanager
@@ -202,69 +246,47 @@ def _experiment(job: _run.Job) -> dict[str, Any]:
     """What must be the same for runs to belong together."""
     return {
         "taffeta": _native.__version__,
-        "scene": _digest(job.scene),
-        "frames": job.frames,
+        "scene": _identity.of_scene(job.scene),
+        "frames": job.scene.frames if job.frames is None else job.frames,
         "rest": job.rest,
-        "measure": _code(job.measure),
+        "measure": _identity.of_function(job.measure),
         "arrays": list(job.arrays),
         "every": job.every,
-        "options": job.options,
+        "options": _plan.plain(job.options, "options"),
     }
 
 
-def _digest(scene: Scene) -> str:
-    """A hash of a scene, and of the files that it names as they are now."""
-    text = json.dumps([scene.to_dict(), scene.overrides], default=_array)
-    hashed = hashlib.sha256(text.encode())
-    with contextlib.suppress(Exception):
-        # Where only samples make it whole, it has no start of its own.
-        hashed.update(_run.quiet_simulation(scene, {"backend": "cpu", "threads": 1}).state_hash().encode())
-    return hashed.hexdigest()
-
-
-def _array(value: Any) -> Any:
-    """An array as JSON has it: by what it is and a hash of its numbers."""
-    array = np.ascontiguousarray(value)
-    return [str(array.dtype), array.shape, hashlib.sha256(array.tobytes()).hexdigest()]
-
-
-def _code(measure: _run.Measure | None) -> str | None:
-    """A function by its name and a hash of its source."""
-    if measure is None:
-        return None
-    name = getattr(measure, "__qualname__", type(measure).__name__)
-    try:
-        source = inspect.getsource(measure)
-    except (OSError, TypeError):
-        source = ""
-    return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:16]}"
-
-
-def _manifest(experiment: dict[str, Any], samples: list[Sample]) -> dict[str, Any]:
+def _manifest(
+    job: _run.Job, experiment: dict[str, Any], samples: list[Sample], before: dict[str, Any]
+) -> dict[str, Any]:
+    """What runs. Calls that have gone before stay written down."""
     paths = list(dict.fromkeys(path for sample in samples for path in sample))
-    versions = {"python": platform.python_version(), "numpy": np.__version__, "machine": platform.platform()}
+    versions = {name: package(name).__version__ for name in ("numpy", "pyarrow", "cloudpickle", "loky")}
+    versions = {"taffeta": _native.__version__, "python": platform.python_version(), **versions}
+    try:
+        text: str | None = job.scene.to_toml()
+    except Exception:
+        # A mesh of arrays has no text.
+        text = None
+    call = {"started": _now(), "command": sys.argv, "machine": platform.platform(), "versions": versions}
     return {
         "experiment": experiment,
-        "versions": versions,
-        "command": sys.argv,
-        "started": _now(),
+        "scene": text,
+        "overrides": job.scene.overrides,
         "paths": paths,
-        "runs": len(samples),
+        "samples": len(samples),
+        "calls": [*before.get("calls", []), call],
     }
 
 
-def _ended(folder: Folder, rows: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    states = Counter(row["status"] for row in rows.values())
+def _ended(folder: Folder, rows: dict[str, dict[str, Any]], keys: list[str]) -> dict[str, Any]:
+    states = Counter(rows[key]["status"] for key in keys if key in rows)
     digest = hashlib.sha256((folder.path / RESULTS).read_bytes()).hexdigest()
-    return {"ended": _now(), "done": states["done"], "failed": states["failed"], "results_sha256": digest}
+    return {"ended": _now(), "runs": len(keys), "done": states["done"], "failed": states["failed"], "results_sha256": digest}
 
 
 def _now() -> str:
     return datetime.now(timezone.utc).isoformat(timespec="seconds")
-
-
-def _first_line(error: BaseException) -> str:
-    return next(iter(str(error).splitlines()), type(error).__name__).strip()
 
 
 def _unwatched(_done: int, _failed: int, _all: int) -> None:
