@@ -82,18 +82,18 @@ def test_a_hidden_fabric_is_found_within_five_percent(hidden: tuple[float, float
     for (name, value), real in zip(fit.values.items(), hidden, strict=True):
         assert value == pytest.approx(real, rel=0.05), name
         assert fit.estimates[name].low < fit.values[name] < fit.estimates[name].high
-        assert fit.estimates[name].seen
+        assert fit.estimates[name].identifiable
     assert 0.8 < fit.misfit < 1.2
-    assert fit.words() == []
+    assert fit.warnings() == []
 
 
 def test_what_the_targets_do_not_show_is_said(tmp_path: Path) -> None:
     fit = fitted([target("cantilever", cantilever(), HIDDEN[1])], tmp_path)
     bending = fit.estimates[f"{FABRIC}bending"]
-    assert bending.seen
+    assert bending.identifiable
     assert bending.value == pytest.approx(HIDDEN[1][2], rel=0.05)
-    assert not fit.estimates[f"{FABRIC}stretch"].seen
-    assert any(said.startswith(f"`{FABRIC}stretch` cannot be seen from these targets: doubling it") for said in fit.words())
+    assert not fit.estimates[f"{FABRIC}stretch"].identifiable
+    assert any(said.startswith(f"`{FABRIC}stretch` cannot be seen from these targets: doubling it") for said in fit.warnings())
 
 
 def test_a_fit_that_is_called_again_simulates_nothing_and_finds_the_same(tmp_path: Path) -> None:
@@ -121,9 +121,9 @@ def test_parameters_may_be_parts_of_one_value(tmp_path: Path) -> None:
     def changes(values: dict[str, float]) -> dict[str, Any]:
         return {f"{FABRIC}bending": [values["warp"], values["weft"]]}
 
-    fit = fitted([target("cantilever", cantilever(), HIDDEN[0])], tmp_path, {"warp": (1e-6, 2e-4), "weft": Parameter(1e-6, 1e-4)}, changes=changes, most=60)
+    fit = fitted([target("cantilever", cantilever(), HIDDEN[0])], tmp_path, {"warp": (1e-6, 2e-4), "weft": Parameter(1e-6, 1e-4)}, changes=changes, max_points=60)
     assert fit.values["warp"] == pytest.approx(HIDDEN[0][2], rel=0.1)
-    assert not fit.estimates["weft"].seen
+    assert not fit.estimates["weft"].identifiable
 
 
 def test_a_plot_has_the_search_the_parameters_and_each_target(tmp_path: Path) -> None:
@@ -138,19 +138,93 @@ def test_a_target_that_no_value_reaches_is_said(tmp_path: Path) -> None:
     def tip(simulation: taffeta.Simulation) -> float:
         return float(simulation.positions("cloth")[10, 1])
 
-    fit = fitted([Target(tip, 0.01, 1e-4, scene=cantilever(), rest=1e-5)], tmp_path, {f"{FABRIC}bending": (1e-6, 2e-4)}, most=30)
-    said = "\n".join(fit.words())
+    fit = fitted([Target(tip, 0.01, 1e-4, scene=cantilever(), rest=1e-5)], tmp_path, {f"{FABRIC}bending": (1e-6, 2e-4)}, max_points=30)
+    said = "\n".join(fit.warnings())
     assert "is at the high end of its range" in said
-    assert "times their noise: the model, an experiment or the noise is not as it is said" in said
+    assert "times their noise: the model, an experiment or the noise is not what it is given as" in said
+
+
+def test_what_changes_nothing_is_never_known_however_exact_all_else_is(tmp_path: Path) -> None:
+    # One sub-step a frame, however long it may be; gravity is what is measured.
+    scene = taffeta.Scene().grid("cloth", rows=2, cols=2, size=(1.0, 1.0), mass=0.1).time(dt=0.01, frames=1)
+
+    def velocity(simulation: taffeta.Simulation) -> float:
+        return float(np.log(-simulation.velocities()[0, 1]))
+
+    gravity = {"pull": (1.0, 100.0), "unused": (0.05, 0.5), "linear": Parameter(1.0, 2.0, "linear")}
+
+    def changes(values: dict[str, float]) -> dict[str, Any]:
+        return {"world.gravity": [0.0, -values["pull"], 0.0], "time.max_step": values["unused"]}
+
+    for noise in (1e-3, 1e-9):
+        out = tmp_path / str(noise)
+        fit = fitted([Target(velocity, np.log(0.0981), noise, scene=scene)], out, gravity, changes=changes, max_points=80)
+        assert fit.values["pull"] == pytest.approx(9.81, rel=1e-3)
+        assert fit.estimates["pull"].identifiable
+        for name in ("unused", "linear"):
+            estimate, range_of_it = fit.estimates[name], fit.parameters[name]
+            assert not estimate.identifiable
+            assert range_of_it.low <= estimate.low < estimate.high <= range_of_it.high
+        assert json.loads((out / "fit.json").read_text())["warnings"] == fit.warnings()
+        assert np.isfinite(fit.covariance).all()
+
+
+def test_what_only_a_product_shows_cannot_be_told_apart(tmp_path: Path) -> None:
+    scene = taffeta.Scene().grid("cloth", rows=2, cols=2, size=(1.0, 1.0), mass=0.1).time(dt=0.01, frames=1)
+
+    def velocity(simulation: taffeta.Simulation) -> float:
+        return float(np.log(-simulation.velocities()[0, 1]))
+
+    def changes(values: dict[str, float]) -> dict[str, Any]:
+        return {"world.gravity": [0.0, -values["a"] * values["b"] * values["c"], 0.0]}
+
+    ranges = {name: (1.0, 10.0) for name in "abc"}
+    fit = fitted([Target(velocity, np.log(0.27), 1e-4, scene=scene)], tmp_path, ranges, changes=changes)
+    assert fit.entangled == ["a", "b", "c"]
+    assert fit.warnings() == [
+        "`a` and `b` and `c` cannot be told apart by these targets; another experiment is needed, or one of them given"
+    ]
+
+
+def test_a_target_that_still_moves_is_said(tmp_path: Path) -> None:
+    parameters = {f"{FABRIC}bending": (1e-6, 2e-4)}
+
+    def tip(simulation: taffeta.Simulation) -> float:
+        return float(simulation.positions("cloth")[10, 1])
+
+    aim = Target(tip, -0.02, 1e-4, scene=cantilever(), frames=8, rest=1e-5, name="strip")
+    fit = fitted([aim], tmp_path, parameters, max_points=24)
+    assert fit.restless == ["strip"]
+    assert any(said.startswith("target `strip` had not come to rest") for said in fit.warnings())
+
+
+def test_random_numbers_of_a_program_are_its_own_and_jobs_change_nothing(tmp_path: Path) -> None:
+    def tip(simulation: taffeta.Simulation) -> float:
+        return float(simulation.positions("cloth")[10, 1])
+
+    aim = [Target(tip, -0.031, 1e-4, scene=cantilever(), rest=1e-5)]
+    found: list[dict[str, Any]] = []
+    drawn: list[float] = []
+    for jobs in (1, 3):
+        np.random.seed(7)
+        fit = taffeta.fit(None, aim, {f"{FABRIC}bending": (1e-6, 2e-4)}, out=tmp_path / str(jobs), jobs=jobs, progress=False)
+        drawn.append(float(np.random.rand()))
+        found.append(fit.to_dict())
+    np.random.seed(7)
+    assert drawn == [float(np.random.rand())] * 2
+    assert found[0] == found[1]
 
 
 def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     def refused(match: str, targets: Any, parameters: Any = None) -> None:
         with pytest.raises(taffeta.Error, match=match):
-            fitted(targets, tmp_path, parameters, most=8)
+            fitted(targets, tmp_path, parameters, max_points=8)
 
     good = Target(positions, np.zeros((33, 3)), 1e-3, scene=cantilever(), frames=2)
-    refused("no targets", [])
+    refused("a Target, or a list of them", [])
+    refused("a Target, or a list of them", {})
+    refused("measured is 'abc'; numbers", [Target(positions, "abc", 1.0, scene=cantilever())])
+    refused(r"\[33, 3\] numbers; \[3, 33\] were", [Target(positions, np.zeros((3, 33)), 1e-3, scene=cantilever(), frames=2)])
     refused("no parameters", [good], {})
     refused(r"is 3; \(low, high\) would do", [good], {"a": 3})
     refused("two numbers that rise", [good], {"a": (2.0, 1.0)})
@@ -160,6 +234,12 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     refused("noise is a standard deviation", [Target(positions, 0.0, 0.0, scene=cantilever())])
     refused("noise has 2 numbers", [Target(positions, 0.0, [1.0, 1.0], scene=cantilever())])
     refused("called `two words`", [Target(positions, 0.0, 1.0, scene=cantilever(), name="two words")])
-    refused("99 numbers; 1 were measured", [Target(positions, 0.0, 1.0, scene=cantilever(), frames=2)])
+    refused(r"\[11, 3\]|\[33, 3\] numbers; \[\] were measured", [Target(positions, 0.0, 1.0, scene=cantilever(), frames=2)])
     refused("did you mean `bending`", [good], {f"{FABRIC}bendin": (1.0, 2.0)})
+    with pytest.raises(taffeta.InputError, match="seed is 0"):
+        fitted([good], tmp_path, seed=0)
+    with pytest.raises(taffeta.InputError, match="max_points is 5; 8 or more"):
+        fitted([good], tmp_path, max_points=5)
+    with pytest.raises(taffeta.InputError, match="changes returned a NoneType"):
+        fitted([good], tmp_path, {"a": (1.0, 2.0)}, changes=lambda _: None)
     refused("no simulation came to its end", [good], {f"{FABRIC}poisson": (5.0, 6.0)})

@@ -16,7 +16,8 @@ from taffeta._packages import package
 from taffeta.fitting import _confidence
 from taffeta.fitting._model import Compared, Model, Parameter, Target, experiments
 from taffeta.fitting._result import Fit
-from taffeta.sweeps._backends import named
+from taffeta.sweeps._backends import named, refuse_unknown
+from taffeta.sweeps._folder import locked
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,7 +47,7 @@ def fit(
     jobs: int | None = None,
     seed: int = 1,
     population: int | None = None,
-    most: int = 1000,
+    max_points: int = 1000,
     options: Mapping[str, Any] | None = None,
     progress: bool = True,
 ) -> Fit:
@@ -68,9 +69,10 @@ def fit(
             of one value.
         backend: Where simulations run, as in ``taffeta.sweep``.
         jobs: How many run at a time on this machine.
-        seed: Of CMA-ES. The same seed gives the same fit.
-        population: Points of a generation of CMA-ES; by default what suits the number of parameters and of jobs.
-        most: Most points that are tried.
+        seed: Of CMA-ES, 1 or more. The same seed gives the same fit, for any number of jobs.
+        population: Points of a generation of CMA-ES; by default what suits the number of parameters: 8 for up to three. More jobs
+            than that do nothing, if a target is all there is to simulate.
+        max_points: No generation begins that goes past so many points.
         options: For each ``Simulation``. "f64" does derivatives good, and is what is taken if nothing is said.
         progress: Whether to tell on stderr how far it is.
 
@@ -82,22 +84,30 @@ def fit(
         SceneError: A scene cannot take the parameters.
     """
     package("cma")
+    if seed < 1:
+        raise InputError(f"seed is {seed}; 1 or more would do")
+    given = [targets] if isinstance(targets, Target) else list(targets)
     model = Model(
-        experiments(scene, [targets] if isinstance(targets, Target) else list(targets)),
+        experiments(scene, given),
         _ranges(parameters),
         changes,
         {"precision": "f64", **(options or {})},
         Path(out),
     )
-    model.backend, is_own = named(backend, jobs)
-    try:
-        search = _Search(model, progress, most)
-        jacobian = search.run(seed, population)
-    finally:
-        if is_own:
-            model.backend.close()
-    found = _confidence.result(model, search.point, search.best, jacobian, search.history)
-    found.write(Path(out))
+    search = _Search(model, progress, max_points)
+    size = search.population(population)
+    folder = Path(out).absolute()
+    refuse_unknown(backend)
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder, "fit"):
+        model.backend, is_own = named(backend, jobs)
+        try:
+            jacobian = search.run(seed, size)
+        finally:
+            if is_own:
+                model.backend.close()
+        found = _confidence.result(model, search.point, search.best, jacobian, search.history)
+        found.write(folder)
     return found
 
 
@@ -124,7 +134,7 @@ class _Search:
 
     model: Model
     progress: bool
-    most: int
+    max_points: int
     point: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     best: Compared = field(default_factory=lambda: Compared(None, None, np.zeros(0)))
     message: str | None = None
@@ -149,17 +159,34 @@ class _Search:
         """Root of the mean square of the residuals."""
         return float(np.sqrt(self.best.cost / max(1, self.best.residuals.size)))
 
-    def run(self, seed: int, population: int | None) -> NDArray[np.float64]:
+    @property
+    def dimensions(self) -> int:
+        """Of CMA-ES, which asks for two at least: the second one of a single parameter does nothing."""
+        return max(2, len(self.model.parameters))
+
+    def population(self, given: int | None) -> int:
+        """Points of a generation: an even number, so that two cores have the same to do."""
+        size = 2 * -(-(4 + int(3 * np.log(self.dimensions))) // 2) if given is None else given
+        if size < 4:
+            raise InputError(f"population is {size}; 4 or more would do")
+        if self.max_points < size:
+            raise InputError(f"max_points is {self.max_points}; {size} or more would do: a generation of CMA-ES")
+        return size
+
+    def run(self, seed: int, size: int) -> NDArray[np.float64]:
         """Searches; returns derivatives of the residuals at the best point, by shares of the ranges."""
-        count = len(self.model.parameters)
-        # CMA-ES asks for two coordinates at least; the second one of a single parameter does nothing.
-        dimensions = max(2, count)
-        slots: int = self.model.backend.slots if not isinstance(self.model.backend, str) else 1
-        size = population or slots * -(-(4 + int(3 * np.log(dimensions))) // slots)
-        settings = {"bounds": [0.0, 1.0], "seed": seed, "popsize": size, "verbose": -9, "tolx": 0.0, "tolfun": 0.0}
+        count, dimensions = len(self.model.parameters), self.dimensions
+        settings: dict[str, Any] = {"bounds": [0.0, 1.0], "popsize": size, "verbose": -9, "tolx": 0.0, "tolfun": 0.0}
+        # Random numbers of its own: those of numpy are the user's.
+        random = np.random.default_rng(seed)
+
+        def normal(*shape: int) -> NDArray[np.float64]:
+            return random.standard_normal(shape)
+
+        settings.update(seed=np.nan, randn=normal)
         strategy = package("cma").CMAEvolutionStrategy(dimensions * [0.5], 0.25, settings)
         polished: NDArray[np.float64] | None = None
-        while self.model.tried + size <= self.most:
+        while self.model.tried + size <= self.max_points:
             asked: list[NDArray[np.float64]] = strategy.ask()
             found = self.compare([np.asarray(point[:count]) for point in asked])
             strategy.tell(asked, [compared.cost if np.isfinite(compared.cost) else 1e300 for compared in found])
@@ -181,7 +208,7 @@ class _Search:
         """Goes downhill from the best point; returns derivatives where it ends."""
         jacobian = self.derivatives()
         for _ in range(_STEPS):
-            step = np.linalg.lstsq(jacobian, -self.best.residuals, rcond=1e-6)[0]
+            step = self.step(jacobian)
             # No further than where the derivatives may still hold.
             step *= min(1.0, 0.1 / max(np.abs(step).max(), 1e-300))
             at, before = self.point, self.best.cost
@@ -195,9 +222,12 @@ class _Search:
 
     def promised(self, jacobian: NDArray[np.float64]) -> float:
         """How much of the sum of squares a further step would take, if derivatives held."""
-        step = np.linalg.lstsq(jacobian, -self.best.residuals, rcond=1e-6)[0]
-        change = jacobian @ step
-        return float(change @ change)
+        return float(-self.step(jacobian) @ (jacobian.T @ self.best.residuals))
+
+    def step(self, jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A Gauss-Newton step; what targets do not show stays where it is."""
+        normal = jacobian.T @ jacobian + _confidence.RANGE * np.eye(self.point.size)
+        return np.linalg.solve(normal, -(jacobian.T @ self.best.residuals)).astype(np.float64)
 
     def derivatives(self) -> NDArray[np.float64]:
         """Derivatives of the residuals by each parameter at the best point, by steps of 5 percent on a logarithmic scale."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from taffeta._errors import InputError
+from taffeta._kinds import is_mapping
 from taffeta._scene import Scene
 from taffeta.sweeps import sweep
 
@@ -28,7 +29,7 @@ Values: TypeAlias = "dict[str, float]"
 #: Turns values of parameters into values by paths, as `Scene.set` takes them.
 Changes: TypeAlias = "Callable[[Values], Mapping[str, Any]]"
 
-_COLUMN = "measured_by_target"
+_COLUMN, _SHAPE = "measured_by_target", "shape_of_target"
 
 
 @dataclass(frozen=True)
@@ -105,8 +106,10 @@ class Experiment:
 
     name: str
     scene: Scene
+    #: In one row; `shape` is how they were given.
     measured: NDArray[np.float64]
     noise: NDArray[np.float64]
+    shape: tuple[int, ...]
     target: Target
 
 
@@ -119,6 +122,8 @@ class Compared:
     message: str | None
     #: Differences from what was measured, by the noise.
     residuals: NDArray[np.float64]
+    #: Targets that should have come to rest and had not.
+    restless: tuple[str, ...] = ()
 
     @property
     def cost(self) -> float:
@@ -143,8 +148,10 @@ class Model:
         self._options = options
         self._out = out
         self.backend: str | Backend = "local"
-        #: How many values were tried.
+        #: How many points were tried.
         self.tried = 0
+        #: What was simulated so far, which is in the tables of all sweeps.
+        self._samples: list[dict[str, Any]] = []
 
     def values(self, shares: NDArray[np.float64]) -> Values:
         """Values of the parameters at shares of their ranges. They have seven digits, so that equal ones are found again."""
@@ -154,22 +161,31 @@ class Model:
     def compare(self, points: list[NDArray[np.float64]]) -> list[Compared]:
         """Simulates at points of the search, all of them at once."""
         all_values = [self.values(point) for point in points]
-        samples = [dict(self._changes(values) if self._changes else values) for values in all_values]
+        self._samples.extend(self._sample(values) for values in all_values)
         self.tried += len(points)
-        columns = [self._simulate(experiment, samples) for experiment in self.experiments]
+        columns = [self._simulate(experiment)[-len(points) :] for experiment in self.experiments]
         return [self._compared([column[index] for column in columns]) for index in range(len(points))]
 
-    def _simulate(self, experiment: Experiment, samples: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    def _sample(self, values: Values) -> dict[str, Any]:
+        if self._changes is None:
+            return dict(values)
+        changed: Any = self._changes(values)
+        if not is_mapping(changed):
+            raise InputError(f"changes returned a {type(changed).__name__}; a dict of values by paths would do")
+        return dict(changed)
+
+    def _simulate(self, experiment: Experiment) -> list[dict[str, Any]]:
         measure = experiment.target.measure
 
         def measured(simulation: Simulation) -> dict[str, Any]:
-            return {_COLUMN: np.asarray(measure(simulation), np.float64).ravel()}
+            numbers = np.asarray(measure(simulation), np.float64)
+            return {_COLUMN: numbers.ravel(), _SHAPE: list(numbers.shape)}
 
         # Its name and source are those of the user's function: the sweep tells experiments apart by them.
         functools.update_wrapper(measured, measure)
         found = sweep(
             experiment.scene,
-            samples=samples,
+            samples=self._samples,
             frames=experiment.target.frames,
             rest=experiment.target.rest,
             measure=measured,
@@ -185,24 +201,27 @@ class Model:
         """The outcome of the experiments with the same values."""
         simulated: list[NDArray[np.float64]] = []
         residuals: list[NDArray[np.float64]] = []
+        restless: list[str] = []
         for experiment, row in zip(self.experiments, rows, strict=True):
             if row["status"] != "done":
                 return Compared(None, f"{experiment.name}: {row['message']}", np.zeros(0))
             numbers = np.asarray(row[_COLUMN], np.float64)
-            if numbers.shape != experiment.measured.shape:
-                what = f"measure returned {numbers.size} numbers; {experiment.measured.size} were measured"
+            if numbers.size != experiment.measured.size or tuple(row[_SHAPE]) not in (experiment.shape, (), (1,)):
+                what = f"measure returned {row[_SHAPE]} numbers; {list(experiment.shape)} were measured"
                 raise InputError(f"target `{experiment.name}`: {what}")
+            if row.get("at_rest") is False:
+                restless.append(experiment.name)
             if not np.isfinite(numbers).all():
                 return Compared(None, f"{experiment.name}: measure returned a number that is not finite", np.zeros(0))
             simulated.append(numbers)
             residuals.append((numbers - experiment.measured) / experiment.noise)
-        return Compared(tuple(simulated), None, np.concatenate(residuals))
+        return Compared(tuple(simulated), None, np.concatenate(residuals), tuple(restless))
 
 
-def experiments(scene: Source | None, targets: list[Target]) -> list[Experiment]:
+def experiments(scene: Source | None, targets: list[Any]) -> list[Experiment]:
     """Targets, checked."""
-    if not targets:
-        raise InputError("there are no targets to fit to")
+    if not targets or not all(isinstance(target, Target) for target in targets):
+        raise InputError(f"targets are {targets!r}; a Target, or a list of them, would do")
     made: list[Experiment] = []
     for index, target in enumerate(targets):
         name = target.name or f"target{index}"
@@ -211,15 +230,23 @@ def experiments(scene: Source | None, targets: list[Target]) -> list[Experiment]
         source = target.scene if target.scene is not None else scene
         if source is None:
             raise InputError(f"target `{name}` has no scene, and no scene is given to the fit")
-        measured = np.asarray(target.measured, np.float64).ravel()
+        measured = _numbers(target.measured, f"target `{name}`: measured")
+        shape, measured = measured.shape, measured.ravel()
         if measured.size == 0 or not np.isfinite(measured).all():
             raise InputError(f"target `{name}`: measured has {measured.size} numbers; some that are finite would do")
-        made.append(Experiment(name, Scene(source), measured, _noise(target, name, measured.size), target))
+        made.append(Experiment(name, Scene(source), measured, _noise(target, name, measured.size), shape, target))
     return made
 
 
+def _numbers(given: ArrayLike, what: str) -> NDArray[np.float64]:
+    try:
+        return np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} is {given!r}; numbers would do") from None
+
+
 def _noise(target: Target, name: str, count: int) -> NDArray[np.float64]:
-    noise = np.asarray(target.noise, np.float64).ravel()
+    noise = _numbers(target.noise, f"target `{name}`: noise").ravel()
     if noise.size not in (1, count):
         raise InputError(f"target `{name}`: noise has {noise.size} numbers; one would do, or {count}")
     if not (np.isfinite(noise).all() and (noise > 0.0).all()):

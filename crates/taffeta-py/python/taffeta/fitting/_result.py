@@ -28,25 +28,28 @@ class Estimate:
     #: Ends of its 95 % interval.
     low: float
     high: float
-    #: Whether the targets show it: its interval reaches no further than a factor of 2, or half of a linear range.
-    seen: bool
+    #: Whether the targets show it: its interval reaches no further than a factor of 2, or half of a linear range, and says more than
+    #: the range does.
+    identifiable: bool
     #: "low" or "high" where it is at an end of its range.
-    at: str | None
+    at_bound: str | None
     #: By how many times the noise the targets move at most where it doubles, or goes through a linear range.
-    change: float
+    sensitivity: float
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit has found. ``print(fit)`` has it in words."""
+    """What a fit has found. ``print(fit)`` shows it."""
 
     __module__ = "taffeta.fitting"
 
     estimates: dict[str, Estimate]
     #: Root of the mean square of the differences, by the noise: about 1 where all is as it is said.
     misfit: float
-    #: Pairs of parameters of which only a combination is known.
-    together: list[tuple[str, str]]
+    #: Parameters that are not known each, but would be if the others were.
+    entangled: list[str]
+    #: Targets that should have come to rest and had not.
+    restless: list[str]
     #: By target: what was measured, what is simulated with the fitted values, and the noise.
     targets: dict[str, tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]
     #: Their ranges.
@@ -54,7 +57,7 @@ class Fit:
     #: How many points were tried, and the least sum of squares until then.
     history: list[tuple[int, float]]
     #: How many points were tried in all.
-    tried: int
+    points: int
     #: Of the parameters, as shares of their ranges.
     covariance: NDArray[np.float64]
 
@@ -63,22 +66,28 @@ class Fit:
         """The fitted values by their names."""
         return {name: estimate.value for name, estimate in self.estimates.items()}
 
-    def words(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """What should be known of it."""
         said: list[str] = []
         for name, estimate in self.estimates.items():
-            if not estimate.seen:
-                parameter = self.parameters[name]
-                moved = "doubling it" if parameter.scale == "log" else "its whole range"
-                why = f"{moved} moves them by {estimate.change:.2g} times their noise at most"
+            if not estimate.identifiable and name not in self.entangled:
+                moved = "doubling it" if self.parameters[name].scale == "log" else "its whole range"
+                why = f"{moved} moves them by {estimate.sensitivity:.2g} times their noise at most"
                 said.append(f"`{name}` cannot be seen from these targets: {why}")
-            if estimate.at is not None:
-                said.append(f"`{name}` is at the {estimate.at} end of its range; a wider one may fit better")
-        for one, other in self.together:
-            said.append(f"`{one}` and `{other}` are known together, but hardly each alone: another experiment would part them")
+            if estimate.at_bound is not None:
+                said.append(f"`{name}` is at the {estimate.at_bound} end of its range; a wider one may fit better")
+        if self.entangled:
+            names = " and ".join(f"`{name}`" for name in self.entangled)
+            said.append(f"{names} cannot be told apart by these targets; another experiment is needed, or one of them given")
+        for name in self.restless:
+            said.append(f"target `{name}` had not come to rest after its frames: more frames, or more drag, would do")
+        count = sum(measured.size for measured, _, _ in self.targets.values())
         if self.misfit > 2.0:
-            what = "the model, an experiment or the noise is not as it is said"
+            what = "the model, an experiment or the noise is not what it is given as"
             said.append(f"the targets are missed by {self.misfit:.3g} times their noise: {what}")
+        if self.misfit < 0.5 and count >= len(self.estimates) + 10:
+            what = "the noise is less than it is given as, and intervals are wider than need be"
+            said.append(f"the targets are met to {self.misfit:.2g} of their noise: {what}")
         return said
 
     def to_dict(self) -> dict[str, Any]:
@@ -86,9 +95,10 @@ class Fit:
         return {
             "estimates": {name: vars(estimate) for name, estimate in self.estimates.items()},
             "misfit": self.misfit,
-            "words": self.words(),
-            "tried": self.tried,
-            "together": [list(pair) for pair in self.together],
+            "warnings": self.warnings(),
+            "points": self.points,
+            "entangled": self.entangled,
+            "restless": self.restless,
             "covariance": self.covariance.tolist(),
         }
 
@@ -114,7 +124,7 @@ class Fit:
     def _plot_search(self, axis: Any) -> None:
         count = sum(measured.size for measured, _, _ in self.targets.values())
         points, costs = zip(*self.history, strict=True)
-        axis.semilogy(points, np.sqrt(np.array(costs) / count))
+        axis.semilogy(points, np.sqrt(np.maximum(costs, 1e-12) / count))
         axis.set(title="search", xlabel="points tried", ylabel="misfit by noise")
 
     def _plot_parameters(self, axis: Any) -> None:
@@ -128,10 +138,10 @@ class Fit:
         axis.set_yticks([row for row, _ in rows], [_label(name, estimate) for _, (name, estimate) in rows])
 
     def __str__(self) -> str:
-        lines = [f"fitted to {len(self.targets)} targets with {self.tried} points; misfit {self.misfit:.3g} times the noise"]
+        lines = [f"fitted to {len(self.targets)} targets with {self.points} points; misfit {self.misfit:.3g} times the noise"]
         for name, estimate in self.estimates.items():
             lines.append(f"  {name} = {estimate.value:.4g}  (95 %: {estimate.low:.4g} to {estimate.high:.4g})")
-        return "\n".join([*lines, *self.words()])
+        return "\n".join([*lines, *self.warnings()])
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(str(self))}</pre>"
