@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,3 +39,11 @@ def cloth() -> taffeta.Scene:
 def simulation(cloth: taffeta.Scene) -> taffeta.Simulation:
     """It runs on one thread."""
     return taffeta.Simulation(cloth, threads=1)
+
+
+@pytest.fixture(autouse=True)
+def heard() -> Iterator[None]:
+    """Programs that are started in the background have Ctrl-C ignored, and Python leaves it so."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
