@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: CMA-ES ends where its spread is this share of each range.
 _NEAR = 0.02
+#: With this spread nothing better is left around a point that explains the targets.
+_AROUND = 0.1
 #: After so many generations, Gauss-Newton steps are tried from the best point.
 _GENERATIONS = 2
 #: Most of these steps, and the share of a range from which one counts as none.
@@ -185,7 +187,8 @@ class _Search:
 
         settings.update(seed=np.nan, randn=normal)
         strategy = package("cma").CMAEvolutionStrategy(dimensions * [0.5], 0.25, settings)
-        polished: NDArray[np.float64] | None = None
+        polished = self.point
+        jacobian: NDArray[np.float64] | None = None
         while self.model.tried + size <= self.max_points:
             asked: list[NDArray[np.float64]] = strategy.ask()
             found = self.compare([np.asarray(point[:count]) for point in asked])
@@ -193,13 +196,15 @@ class _Search:
             spread: NDArray[np.float64] = strategy.sigma * np.sqrt(strategy.C.diagonal())
             if spread[:count].max() < _NEAR or strategy.stop():
                 break
-            is_new = polished is None or not np.array_equal(polished, self.point)
-            if strategy.countiter % _GENERATIONS == 0 and is_new and self.best.simulated is not None:
+            if strategy.countiter % _GENERATIONS != 0 or self.best.simulated is None:
+                continue
+            if jacobian is None or not np.array_equal(polished, self.point):
                 jacobian = self.gauss_newton()
-                if self.misfit < _FOUND and self.promised(jacobian) < _PROMISED:
-                    return jacobian
                 polished = self.point
                 strategy.inject([np.append(self.point, np.full(dimensions - count, 0.5))])
+            # Where folds snap nearby, derivatives promise what no step keeps; then it is enough that nothing better is near.
+            if self.misfit < _FOUND and (self.promised(jacobian) < _PROMISED or spread[:count].max() < _AROUND):
+                return jacobian
         if self.best.simulated is None:
             raise InputError(f"no simulation came to its end; the last one: {self.message}")
         return self.gauss_newton()
