@@ -242,4 +242,4 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         fitted([good], tmp_path, max_points=5)
     with pytest.raises(taffeta.InputError, match="changes returned a NoneType"):
         fitted([good], tmp_path, {"a": (1.0, 2.0)}, changes=lambda _: None)
-    refused("no simulation came to its end", [good], {f"{FABRIC}poisson": (5.0, 6.0)})
+    refused("poisson", [good], {f"{FABRIC}poisson": (5.0, 6.0)})

@@ -137,6 +137,7 @@ def test_wrong_arguments_are_refused_before_anything_runs(hanging: taffeta.Scene
     refused("no samples", samples=[])
     refused(r"samples\[0\] is 3", samples=[3])
     refused("frames is 0", grid={BENDING: [1.0]}, frames=0)
+    refused("one of cotton, silk", samples=[{"body.cloth.material.preset": "sikl"}, {"body.cloth.material.preset": "slk"}])
     refused("no array `colours`", grid={BENDING: [1.0]}, arrays=["colours"])
     refused("frames is 2.5; a whole number", grid={BENDING: [1.0]}, frames=2.5)
     refused("measure is 5; a function", grid={BENDING: [1.0]}, measure=5)
@@ -306,11 +307,15 @@ def test_a_run_whose_file_was_cut_off_is_run_again(hanging: taffeta.Scene, tmp_p
 
 
 def test_two_sweeps_do_not_write_to_one_folder(hanging: taffeta.Scene, tmp_path: Path) -> None:
-    def watch(_done: int, _failed: int, _all: int) -> None:
+    tried: list[int] = []
+
+    def watch(done: int, _failed: int, _all: int) -> None:
         with pytest.raises(taffeta.InputError, match="another sweep is writing"):
             swept(hanging, tmp_path / "out")
+        tried.append(done)
 
     swept(hanging, tmp_path / "out", [1e-5], progress=watch)
+    assert tried == [1]
 
 
 def test_a_sweep_that_is_stopped_has_what_was_done(hanging: taffeta.Scene, tmp_path: Path) -> None:

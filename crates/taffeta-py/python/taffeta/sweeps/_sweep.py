@@ -208,25 +208,20 @@ def _samples(grid: Mapping[str, Iterable[Any]] | None, samples: Any, job: _run.J
 
 
 def _refuse_unfit(job: _run.Job, samples: list[Sample]) -> None:
-    """Refuses samples none of which the scene takes, and options that no simulation takes.
+    """Refuses samples with none of which the scene can be built, and options that no simulation takes.
 
-    Where a scene takes only some samples, the others become rows that say why.
+    Where it can be built with some samples, the others become rows that say why.
     """
     first: Exception | None = None
     for sample in samples:
         try:
-            scene = _plan.of_scene(job.scene, sample)
-        except Exception as error:
-            first = first or error
-            continue
-        try:
-            _run.quiet_simulation(scene, job.options)
+            _run.quiet_simulation(_plan.of_scene(job.scene, sample), job.options)
         except (TypeError, InputError):
             raise
-        except Exception:
-            # Of this sample alone, as far as is known: it is a row.
-            pass
-        return
+        except Exception as error:
+            first = first or error
+        else:
+            return
     if first is not None:
         raise first
 

@@ -253,7 +253,7 @@ impl StartContacts {
         let around = |node: &(usize, usize)| {
             cells.around(cells.cell(place(node))).flatten().map(|bucket| rows.row(bucket))
         };
-        // Counted before any of them is looked at: who typed millimetres is told at once.
+        // Counted before any of them is looked at, so that millimetres for metres are refused at once.
         let looks: u64 = nodes.iter().flat_map(around).map(|row| row.len() as u64).sum();
         if looks > LOOKS[1] + LOOKS[0] * nodes.len() as u64 {
             return Err(TooMany);
