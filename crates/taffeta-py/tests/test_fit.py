@@ -243,3 +243,12 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
     with pytest.raises(taffeta.InputError, match="changes returned a NoneType"):
         fitted([good], tmp_path, {"a": (1.0, 2.0)}, changes=lambda _: None)
     refused("poisson", [good], {f"{FABRIC}poisson": (5.0, 6.0)})
+
+
+def test_a_fit_none_of_whose_simulations_comes_to_its_end_says_what_the_last_one_said(tmp_path: Path) -> None:
+    def slipped(_simulation: taffeta.Simulation) -> float:
+        raise RuntimeError("the clamp slipped")
+
+    aim = [Target(slipped, 0.0, 1.0, scene=cantilever(), frames=2)]
+    with pytest.raises(taffeta.InputError, match="no simulation came to its end; the last one: .*the clamp slipped"):
+        fitted(aim, tmp_path, max_points=8)
