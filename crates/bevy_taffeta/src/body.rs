@@ -3,8 +3,8 @@
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::prelude::*;
 use taffeta::scene::{
-    Body, Grid, Hinge, Mass, Material, Mesh, Pin, Place, Select, SelfCollision, Spring, Springs, Tethers,
-    Volume, VolumeForm,
+    Body, Grid, Hinge, Layers, Mass, Material, Mesh, Pin, Place, Select, SelfCollision, Spring, Springs,
+    Tethers, Volume, VolumeForm,
 };
 
 /// Cloth: a sheet, garment, chain or shell of this shape. It starts where its transform is.
@@ -85,6 +85,8 @@ pub struct SoftMaterial {
     pub volume: Option<Volume>,
     /// Contact with itself, and with other bodies that have this.
     pub self_collision: Option<SelfCollision>,
+    /// Which other bodies and which colliders it meets.
+    pub layers: Layers,
     /// What keeps free nodes near held ones.
     pub tethers: Option<Tethers>,
 }
@@ -99,8 +101,15 @@ impl Default for SoftMaterial {
 impl SoftMaterial {
     /// A mass without springs.
     pub fn new(mass: Mass) -> Self {
-        let springs = Springs::default();
-        Self { mass, springs, fabric: None, volume: None, self_collision: None, tethers: None }
+        Self {
+            mass,
+            springs: Springs::default(),
+            fabric: None,
+            volume: None,
+            self_collision: None,
+            layers: Layers::default(),
+            tethers: None,
+        }
     }
 
     /// A fabric by its name, as [`PRESETS`](taffeta::scene::PRESETS) lists them.
@@ -153,6 +162,12 @@ impl SoftMaterial {
     /// passes through.
     pub fn collide(mut self, thickness: f64) -> Self {
         self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
+        self
+    }
+
+    /// Sets which other bodies and which colliders it meets.
+    pub fn layers(mut self, layers: Layers) -> Self {
+        self.layers = layers;
         self
     }
 }
@@ -277,6 +292,7 @@ impl SceneBody {
             material,
             volume,
             self_collision,
+            layers,
             pins,
             tethers,
         } = body;
@@ -286,6 +302,7 @@ impl SceneBody {
             fabric: material.clone(),
             volume: volume.clone(),
             self_collision: self_collision.clone(),
+            layers: *layers,
             tethers: *tethers,
         };
         Some(Self {
@@ -311,6 +328,7 @@ impl SoftMaterial {
             material: self.fabric.clone(),
             volume: self.volume.clone(),
             self_collision: self.self_collision.clone(),
+            layers: self.layers,
             tethers: self.tethers,
             ..weighed
         };

@@ -5,7 +5,7 @@ use crate::running::Running;
 use bevy::math::primitives::{Capsule3d, Cuboid, Cylinder, Plane3d, Sphere};
 use bevy::mesh::{MeshBuilder, Meshable, PrimitiveTopology};
 use bevy::prelude::*;
-use taffeta::scene::{Bar, Collider, Shape};
+use taffeta::scene::{Bar, Collider, Layers, Shape};
 use taffeta::topology::{Placement, Surface, ground, shapes};
 use taffeta_io::output::Drawn;
 
@@ -65,6 +65,11 @@ impl SoftCollider {
     /// Distance kept between surface and nodes [m].
     pub fn offset(self, offset: f64) -> Self {
         Self(self.0.offset(offset))
+    }
+
+    /// Which bodies it meets.
+    pub fn layers(self, layers: Layers) -> Self {
+        Self(self.0.layers(layers))
     }
 
     /// Share of normal speed that is given back.

@@ -69,7 +69,7 @@ pub mod prelude {
         Cloth, Diverged, Environment, Frozen, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider,
         SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
     };
-    pub use taffeta::scene::{Air, Mass, Select, Volume, VolumeForm};
+    pub use taffeta::scene::{Air, LayerMask, Layers, Mass, Select, Volume, VolumeForm};
 }
 
 /// Cloth and soft bodies. Needs Bevy's assets, meshes and transforms; without its renderer bodies run on the CPU.

@@ -268,7 +268,7 @@ impl Simulation {
         Squeezed {
             body: index,
             vertex: body.vertex_of_solver(node - body.first),
-            colliders: self.nearest_colliders(self.backend.position(node), time, 2),
+            colliders: self.nearest_colliders(node, time, 2),
         }
     }
 

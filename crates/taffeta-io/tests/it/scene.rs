@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use taffeta::scene::{ConstraintForm, Mesh, Method, SceneError, Solver, VolumeForm};
+use taffeta::scene::{
+    ConstraintForm, LayerMask, Layers, Mesh, Method, SceneError, Solver, VolumeForm, identity,
+};
 use taffeta_io::{LoadError, Place, load_scene, parse_scene};
 
 const FLAG: &str = r#"title = "flag"
@@ -64,6 +66,38 @@ fn unknown_keys_point_at_the_key_and_offer_the_nearest() {
         error,
         "s.toml:18:8: `body[1].kind` cannot be `sofd`; did you mean `soft`? Valid here: cloth, soft"
     );
+}
+
+#[test]
+fn layers_are_lists_of_numbers_from_0_to_31() {
+    let with = |body: &str, collider: &str| {
+        FLAG.replace("node_mass = 0.1\n", &format!("node_mass = 0.1\nlayers = {body}\n"))
+            + &format!("layers = {collider}\n")
+    };
+    let text = with("{ memberships = [0, 31], filter = [] }", "{ filter = [3] }");
+    let scene = parse_scene(&text, "s.toml", &sets(&["body.ball.layers.filter=[2, 1, 2]"])).unwrap().scene;
+    assert_eq!(
+        scene.bodies[0].layers,
+        Layers { memberships: LayerMask(0x8000_0001), filter: LayerMask::NONE }
+    );
+    assert_eq!(scene.bodies[1].layers, Layers { filter: LayerMask(0b110), ..Layers::default() });
+    assert_eq!(scene.colliders[0].layers, Layers::new(0..32, [3]));
+    assert!(
+        identity(&scene).contains(r#""layers":{"filter":[],"memberships":[0,31]}"#),
+        "{}",
+        identity(&scene)
+    );
+    let wrong = |body: &str| refused(&with(body, "{}"), &[]);
+    assert_eq!(
+        wrong("{ filter = [1, 32] }"),
+        "s.toml:9:25: `body[0].layers.filter[1]` is 32; expected a whole number from 0 to 31"
+    );
+    assert!(
+        wrong("{ memberships = [-1] }")
+            .contains("memberships[0]` is -1; expected a whole number from 0 to 31")
+    );
+    assert!(wrong("{ memberships = 1 }").contains("memberships` is 1; expected a list of layers"));
+    assert!(wrong("{ member = [1] }").contains("did you mean `memberships`?"));
 }
 
 #[test]

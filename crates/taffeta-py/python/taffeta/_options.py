@@ -44,6 +44,8 @@ class BodyOptions(Placed, total=False):
     """Its springs by kind: ``{"structural": {"k": 200.0, "d": 0.1}}``, k in N/m and d in kg/s."""
     self_collision: bool | Mapping[str, Any]
     """Contact with itself and other bodies that have it: ``True``, or a dict such as ``{"thickness": 0.005}`` [m]."""
+    layers: Mapping[str, Sequence[int]]
+    """Which colliders and other bodies it meets: ``{"memberships": [1], "filter": [0, 1]}``, numbers from 0 to 31."""
     volume: Mapping[str, Any]
     """What keeps the volume of a soft body: ``{"form": "corrected"}``."""
     tethers: Mapping[str, Any]
@@ -69,6 +71,8 @@ class ColliderOptions(Placed, total=False):
     """Coulomb coefficient."""
     restitution: float
     """Coefficient of restitution, 0 to 1."""
+    layers: Mapping[str, Sequence[int]]
+    """Which bodies it meets: ``{"memberships": [1], "filter": [0, 1]}``, numbers from 0 to 31."""
     motion: Sequence[Mapping[str, Any]]
     """Keyframes of a rigid motion: ``[{"t": 1.0, "translate": (0, 0.1, 0)}]``, t in s and translate in m."""
 

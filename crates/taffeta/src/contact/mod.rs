@@ -4,6 +4,7 @@ pub mod clusters;
 pub mod collider_mesh;
 pub mod colliders;
 pub mod friction;
+pub mod layers;
 pub mod nodes;
 pub mod triangles;
 

@@ -21,9 +21,11 @@ impl Assembly {
         let mut assembly = Self::empty(scene);
         assembly.add_colliders(scene)?;
         assembly.add_frictions(scene);
+        assembly.add_meetings(scene);
         for (index, body) in scene.bodies.iter().enumerate() {
             assembly.add_body(index, body, scene)?;
         }
+        assembly.add_own_lists();
         let loads = loads::loads(&assembly.bodies, &scene.forces)?;
         let constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
         let mut elements: Vec<List> = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();

@@ -32,7 +32,7 @@ pub struct Substep {
     pub corner_parts: u32,
     pub longest_push: f32,
     pub led_out: u32,
-    pub bodies_apart: u32,
+    pub collider_ranges: u32,
     pub longest_step: f32,
     pub pins_may_lag: u32,
     pub padding: u32,

@@ -6,8 +6,10 @@ use crate::backend::{Backend, FrameInput};
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::parity_scene;
 use crate::contact::collider_mesh::surface::MeshSurface;
+use crate::contact::colliders::gpu::LISTS_DIFFER;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::shape::ShapeNow;
+use crate::contact::nodes::gpu::HAS_LAYERS;
 use crate::contact::nodes::pair;
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::cpu::CpuBackend;
@@ -26,7 +28,7 @@ use crate::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, w
 use crate::plan;
 use crate::plan::refinement::InVain;
 use crate::real::add;
-use crate::scene::{Scene, Solver};
+use crate::scene::{Layers, Scene, Solver};
 use crate::step::Op;
 use crate::topology::random::SplitMix64;
 use crate::volume::gpu_layout::VOLUME_PARTS;
@@ -104,6 +106,19 @@ impl Fixture {
     /// The same for the same seed. On hardware, where sums may be fused, nothing stands exactly on a threshold.
     pub fn new(seed: u64, drag: f64, exact: bool) -> Result<Self, String> {
         Self::of(&scene(drag, !exact), seed, exact)
+    }
+
+    /// The same where some bodies do not meet some colliders.
+    pub fn with_layers(seed: u64, exact: bool) -> Result<Self, String> {
+        let mut scene = scene(0.0087, !exact);
+        for (number, collider) in (0..).zip(&mut scene.colliders) {
+            collider.layers = Layers::new([number % 3], 0..32);
+        }
+        for (number, body) in (0..).zip(&mut scene.bodies).skip(1) {
+            body.layers =
+                Layers::new([number % 5], [number % 3, number % 2].into_iter().take(number as usize % 3));
+        }
+        Self::of(&scene, seed, exact)
     }
 
     /// The same where springs are constraints.
@@ -339,12 +354,23 @@ impl Fixture {
         arrays
     }
 
-    fn met(&self, substep: &plan::Substep<f32>) -> Vec<Collider> {
+    /// What kernels are told when they are made.
+    pub fn overrides(&self) -> [(&'static str, f64); 3] {
+        let has_layers = u32::from(self.tables.self_collision.has_layers);
+        let differ = self.cpu.assembly().lists_differ() as u32;
+        [
+            ("KINDS", self.tables.springs.kinds as f64),
+            (LISTS_DIFFER, differ.into()),
+            (HAS_LAYERS, has_layers.into()),
+        ]
+    }
+
+    fn met(&self, substep: &plan::Substep<f32>) -> (Vec<Collider>, u32) {
         self.meshes.0.records(substep.met_colliders(), &(0..self.tables.len()))
     }
 
     fn colliders(&self) -> Vec<Collider> {
-        self.substeps.iter().flat_map(|substep| self.met(substep)).collect()
+        self.substeps.iter().flat_map(|substep| self.met(substep).0).collect()
     }
 
     /// Where corners of colliders go in each sub-step.
@@ -379,7 +405,7 @@ impl Fixture {
             h: substep.h,
             wind: world.wind_force.map(|c| c as f32),
             drag: world.drag as f32,
-            first_collider: sum(&|s| self.met(s).len(), index),
+            first_collider: sum(&|s| self.met(s).0.len(), index),
             colliders: substep.colliders().len() as u32,
             first_motion: sum(&|s| s.motions().len(), index),
             first_scale: sum(&|s| s.scales().len(), index),
@@ -397,7 +423,7 @@ impl Fixture {
             corner_parts: corners[index].parts,
             longest_push: corners[index].longest_push,
             led_out: NONE,
-            bodies_apart: substep.met_colliders().apart().len() as u32,
+            collider_ranges: self.met(substep).1,
             longest_step: substep.longest,
             pins_may_lag: substep.pins_may_lag.into(),
             padding: 0,

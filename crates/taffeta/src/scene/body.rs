@@ -1,5 +1,5 @@
 use crate::scene::{
-    ContactForm, Keyframe, Material, Mesh, Rotation, SelfCollision, Tethers, Volume, VolumeForm,
+    ContactForm, Keyframe, Layers, Material, Mesh, Rotation, SelfCollision, Tethers, Volume, VolumeForm,
 };
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -72,6 +72,9 @@ pub struct Body {
     /// Contact with itself, and with other bodies that have this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub self_collision: Option<SelfCollision>,
+    /// Which other bodies and which colliders it meets; all if nothing is said.
+    #[serde(default, skip_serializing_if = "Layers::is_default")]
+    pub layers: Layers,
     /// Pins: nodes that stay in place, follow keyframes or follow a collider.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
@@ -476,6 +479,7 @@ impl Body {
             material: None,
             volume: None,
             self_collision: None,
+            layers: Layers::default(),
             pins: Vec::new(),
             tethers: None,
         }

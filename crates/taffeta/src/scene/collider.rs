@@ -1,4 +1,4 @@
-use crate::scene::{Keyframe, Mesh, Place};
+use crate::scene::{Keyframe, Layers, Mesh, Place};
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,9 @@ pub struct Collider {
     pub friction: f64,
     /// Coefficient of restitution, 0 to 1.
     pub restitution: f64,
+    /// Which bodies it meets; all if nothing is said.
+    #[serde(skip_serializing_if = "Layers::is_default")]
+    pub layers: Layers,
     /// Rigid motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Keyframe>,
@@ -85,6 +88,7 @@ impl Default for Collider {
             offset: 0.01,
             friction: 0.3,
             restitution: 0.0,
+            layers: Layers::default(),
             motion: Vec::new(),
         }
     }

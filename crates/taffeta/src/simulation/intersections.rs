@@ -41,8 +41,25 @@ pub(crate) struct Triangles {
     colliders: Vec<(usize, u32)>,
     /// For each corner a number of the point that it stands for: what is sewn together is one.
     points: Vec<u32>,
-    /// The body of each triangle of one; these come first.
+    /// The body of each triangle of one; these come first. Then the collider of each.
     of_bodies: Vec<u32>,
+    of_colliders: Vec<u32>,
+}
+
+/// What a triangle is of.
+enum Owner {
+    Body(usize),
+    Collider(usize),
+}
+
+impl Triangles {
+    fn owner(&self, triangle: u32) -> Owner {
+        let triangle = triangle as usize;
+        match self.of_bodies.get(triangle) {
+            Some(&body) => Owner::Body(body as usize),
+            None => Owner::Collider(self.of_colliders[triangle - self.of_bodies.len()] as usize),
+        }
+    }
 }
 
 impl Simulation {
@@ -50,18 +67,20 @@ impl Simulation {
     /// fields, boxes), by exact arithmetic on the positions as they are. It shares no code with the contacts of the
     /// simulation but for what is sewn together, so it can check them. Nodes keep their distance from round colliders, which are
     /// not looked at; nor are two bodies that do not touch each other by
-    /// [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`.
+    /// [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`, or do not meet by their
+    /// [`Layers`](crate::scene::Layers).
     pub fn intersections(&self) -> Intersections {
         let triangles = self.triangles.get_or_init(|| self.list_triangles());
         let nodes = self.corners();
-        let apart = self.backend.assembly().apart();
-        let counts = |pair: [u32; 2]| {
-            let bodies =
-                pair.map(|triangle| triangles.of_bodies.get(triangle as usize).map(|&body| body as usize));
-            match bodies {
-                [Some(a), Some(b)] => apart.is_none_or(|apart| !apart.0.contains(&[a.min(b), a.max(b)])),
-                [a, b] => a.is_some() || b.is_some(),
+        let (apart, meetings) = (self.backend.assembly().apart(), self.backend.assembly().meetings());
+        let counts = |pair: [u32; 2]| match pair.map(|triangle| triangles.owner(triangle)) {
+            [Owner::Body(a), Owner::Body(b)] => {
+                let touch = apart.is_none_or(|apart| !apart.0.contains(&[a.min(b), a.max(b)]));
+                touch && meetings.bodies(a, b)
             }
+            [Owner::Body(body), Owner::Collider(collider)]
+            | [Owner::Collider(collider), Owner::Body(body)] => meetings.collider(body, collider),
+            [Owner::Collider(_), Owner::Collider(_)] => false,
         };
         let found =
             piercings_apart(&nodes, &triangles.corners, |corner| triangles.points[corner as usize], counts);
@@ -91,6 +110,7 @@ impl Simulation {
         for (index, collider) in assembly.colliders().iter().enumerate() {
             let Some(faces) = collider.faces() else { continue };
             all.colliders.push((index, first));
+            all.of_colliders.extend(faces.iter().map(|_| index as u32));
             all.corners.extend(faces.iter().map(|t| t.map(|node| first + node)));
             first += collider.corners(0.0).len() as u32;
         }

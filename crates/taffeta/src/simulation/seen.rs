@@ -41,27 +41,42 @@ impl Simulation {
         Ok((0..body.vertices()).map(|vertex| of_vertex(vertex).into()).collect())
     }
 
-    /// Distances of all vertices from colliders [m] at the end of the last frame, less the colliders' offsets: 0 in
-    /// contact, below 0 inside, `reach` if nothing is nearer. Vertices come as in [`Self::positions_f32`]. `out` is
+    /// Distances of all vertices from the colliders that they meet [m] at the end of the last frame, less the colliders' offsets:
+    /// 0 in contact, below 0 inside, `reach` if nothing is nearer. Vertices come as in [`Self::positions_f32`]. `out` is
     /// cleared first.
     pub fn collider_distances(&self, reach: f64, out: &mut Vec<f32>) {
         out.clear();
         let (colliders, surfaces) = self.colliders_at(f64::from(self.frame()) * self.dt());
-        let distance = |x: [f64; 3]| {
-            let distances = colliders.iter().map(|collider| distance_of(collider, surfaces, x, reach));
-            distances.fold(reach, f64::min) as f32
-        };
-        self.each_vertex(|node| {
-            out.push(node.map_or(reach as f32, |node| distance(self.backend.position(node))))
-        });
+        let assembly = self.backend.assembly();
+        for (index, body) in assembly.bodies.iter().enumerate() {
+            let met = |&(collider, _): &(usize, _)| assembly.meetings().collider(index, collider);
+            let met: Vec<&ColliderNow<f64>> =
+                colliders.iter().enumerate().filter(met).map(|(_, collider)| collider).collect();
+            let distance = |node: usize| {
+                let x = self.backend.position(body.solver_index(node));
+                let distances = met.iter().map(|collider| distance_of(collider, surfaces, x, reach));
+                distances.fold(reach, f64::min) as f32
+            };
+            let of_vertex = |vertex| body.node_of_vertex(vertex).map_or(reach as f32, distance);
+            out.extend((0..body.vertices()).map(of_vertex));
+        }
     }
 
-    /// The colliders that are nearest to a place [m] at a time [s], nearest first: at most `count`, by their number in the scene.
-    pub(super) fn nearest_colliders(&self, place: [f64; 3], time: f64, count: usize) -> Vec<usize> {
+    /// The colliders that are nearest to a node at a time [s], of those that it meets, nearest first: at most `count`, by their
+    /// number in the scene.
+    pub(super) fn nearest_colliders(&self, node: usize, time: f64, count: usize) -> Vec<usize> {
+        self.nearest_to(self.backend.position(node), node, time, count)
+    }
+
+    /// The same if the node were elsewhere [m].
+    fn nearest_to(&self, place: [f64; 3], node: usize, time: f64, count: usize) -> Vec<usize> {
         let (colliders, surfaces) = self.colliders_at(time);
         let distance = |collider| distance_of(collider, surfaces, place, f64::FAR);
         let distances: Vec<f64> = colliders.iter().map(distance).collect();
-        let mut nearest: Vec<usize> = (0..distances.len()).collect();
+        let assembly = self.backend.assembly();
+        let body = assembly.number_of_body(node as u32);
+        let met = |&collider: &usize| assembly.meetings().collider(body, collider);
+        let mut nearest: Vec<usize> = (0..distances.len()).filter(met).collect();
         nearest.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         nearest.truncate(count);
         nearest
@@ -150,7 +165,7 @@ mod tests {
             .collider(ball)
             .collider(moves);
         let simulation = Simulation::new(&scene, &Options::default()).unwrap();
-        assert_eq!(simulation.nearest_colliders([0.0; 3], 0.0, 2), [1, 0]);
-        assert_eq!(simulation.nearest_colliders([0.0; 3], 1.0, 3), [2, 1, 0]);
+        assert_eq!(simulation.nearest_to([0.0; 3], 0, 0.0, 2), [1, 0]);
+        assert_eq!(simulation.nearest_to([0.0; 3], 0, 1.0, 3), [2, 1, 0]);
     }
 }

@@ -5,6 +5,7 @@ use super::seen::distance_of;
 use crate::backend::{BodyMotion, FrameInput, Lost, SETTLING};
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::layers::Meetings;
 use crate::scene::Sleep;
 use crate::simulation::{BodyHandle, InputError, Simulation};
 use crate::topology::sets::Sets;
@@ -78,7 +79,7 @@ impl Sleeping {
 
     /// Sets of bodies that may touch each other before the end of a frame of `dt` seconds, or are sewn to each other, each by its
     /// least.
-    fn groups(&self, gravity: f64, dt: f64, moved: &[f64]) -> Vec<u32> {
+    fn groups(&self, meetings: &Meetings, [gravity, dt]: [f64; 2], moved: &[f64]) -> Vec<u32> {
         let mut sets = Sets::new(self.motions.len());
         self.joined.iter().for_each(|&[a, b]| sets.join(a as u32, b as u32));
         let swept = |body: usize| {
@@ -92,7 +93,8 @@ impl Sleeping {
         all.sort_by(|(a, [p, _]), (b, [q, _])| p[0].total_cmp(&q[0]).then(a.cmp(b)));
         for (index, (a, [p, q])) in all.iter().enumerate() {
             for (b, [r, s]) in all[index + 1..].iter().take_while(|(_, [r, _])| r[0] <= q[0]) {
-                if (1..3).all(|axis| r[axis] <= q[axis] && p[axis] <= s[axis]) {
+                let is_near = (1..3).all(|axis| r[axis] <= q[axis] && p[axis] <= s[axis]);
+                if is_near && meetings.bodies(*a, *b) {
                     sets.join(*a as u32, *b as u32);
                 }
             }
@@ -211,7 +213,10 @@ impl Simulation {
         }
         let gravity = self.backend.assembly().world.gravity;
         let gravity = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-        let group_of = self.sleeping.groups(gravity, span[1] - span[0], &self.ways_of_pins(span, input));
+        let group_of = {
+            let meetings = self.backend.assembly().meetings();
+            self.sleeping.groups(meetings, [gravity, span[1] - span[0]], &self.ways_of_pins(span, input))
+        };
         let mut least = vec![u32::MAX; bodies];
         for (&group, &frames) in group_of.iter().zip(&self.sleeping.rest.frames) {
             least[group as usize] = least[group as usize].min(frames);
@@ -266,7 +271,7 @@ impl Simulation {
 
     /// Notes which bodies colliders come near to that move over a span of time [s].
     fn stir_by_colliders(&self, span: [f64; 2], stirred: &mut [bool]) {
-        let all = self.backend.assembly().colliders();
+        let (all, meetings) = (self.backend.assembly().colliders(), self.backend.assembly().meetings());
         let deforms = |index: usize| {
             let mesh = all[index].mesh().filter(|mesh| mesh.deforms());
             mesh.is_some_and(|mesh| mesh.nodes(span[0]) != mesh.nodes(span[1]))
@@ -288,7 +293,8 @@ impl Simulation {
             let corners = |index: &usize| deforms[*index].then(|| [from, to].map(|t| all[*index].corners(t)));
             let corners: Vec<_> = moving.iter().map(corners).collect();
             for (body, stirred) in stirred.iter_mut().enumerate().filter(|(_, stirred)| !**stirred) {
-                *stirred = moving.iter().zip(&corners).any(|(&index, corners)| match corners {
+                let met = moving.iter().zip(&corners).filter(|(index, _)| meetings.collider(body, **index));
+                *stirred = met.into_iter().any(|(&index, corners)| match corners {
                     Some(corners) => self.is_near_corners(body, corners),
                     None => self.is_near(body, &now[index], surfaces, to - from),
                 });

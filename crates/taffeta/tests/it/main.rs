@@ -19,6 +19,7 @@ mod halted;
 mod hands;
 mod hanging;
 mod ice;
+mod layers;
 mod live;
 mod momentum;
 mod motion;

@@ -4,7 +4,8 @@
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::contact::colliders::moving::{ColliderNow, MetColliders};
+use crate::contact::colliders::met::MetColliders;
+use crate::contact::colliders::moving::ColliderNow;
 use bytemuck::Zeroable;
 use std::ops::Range;
 use std::sync::Arc;
@@ -41,16 +42,30 @@ impl ColliderMeshes {
         !self.parts.is_empty()
     }
 
-    /// The records of a sub-step's colliders as the nodes of some places meet them: `met_by` of met.wgsl.
-    pub fn records(&self, met: MetColliders<'_, f32>, places: &Range<usize>) -> Vec<Collider> {
+    /// The records of a sub-step's colliders as the nodes of some places meet them, and how many ranges of places have a list: `met_by`
+    /// of met.wgsl.
+    pub fn records(&self, met: MetColliders<'_, f32>, places: &Range<usize>) -> (Vec<Collider>, u32) {
         let mut all: Vec<Collider> = met.all().iter().map(|now| self.record(now)).collect();
-        for own in met.apart() {
-            let [first, end] = [own.places.start, own.places.end]
-                .map(|place| (place.clamp(places.start, places.end) - places.start) as u32);
-            all.push(Collider { kind: first, mesh: end - first, ..Collider::zeroed() });
-            all.extend(own.colliders.iter().map(|now| self.record(now)));
+        let ends = met.ranges().iter().skip(1).map(|&(first, _)| first).chain([usize::MAX]);
+        let ranges = met.ranges().iter().zip(ends);
+        let ranges: Vec<(usize, Option<usize>)> = ranges
+            .filter(|&(&(first, _), end)| first < places.end && end > places.start)
+            .map(|(&(first, list), _)| (first.saturating_sub(places.start), list))
+            .collect();
+        let heads = all.len();
+        all.extend(ranges.iter().map(|&(first, _)| Collider { kind: first as u32, ..Collider::zeroed() }));
+        let mut begins = vec![0; met.lists().len()];
+        for (range, &(_, list)) in ranges.iter().enumerate() {
+            let Some(list) = list else { continue };
+            if begins[list] == 0 {
+                let own = &met.lists()[list];
+                all.push(Collider { mesh: own.len() as u32, ..Collider::zeroed() });
+                begins[list] = all.len() as u32;
+                all.extend(own.iter().map(|now| self.record(now)));
+            }
+            all[heads + range].mesh = begins[list];
         }
-        all
+        (all, ranges.len() as u32)
     }
 
     /// The record of a collider.

@@ -39,7 +39,7 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
 fn deepest_mesh_contact(place: u32, node: Approach) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
     let met = met_by(place, 0u);
-    for (var i = 0u; i < substeps[own()].colliders; i++) {
+    for (var i = 0u; i < met.count; i++) {
         let collider = collider_met(met, i);
         if collider.kind == MESH {
             let candidate = predict_mesh_contact(collider, node);

@@ -6,6 +6,7 @@ use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::lift::Lift;
+use crate::contact::colliders::met::Differ;
 use crate::gpu::feature::{Command, Feature, Features, Seen, Upload};
 use crate::gpu::kernels::{Choice, Name, Overrides};
 use crate::gpu::layout::{GROUP, NONE, Substep};
@@ -61,6 +62,9 @@ impl Contact {
     }
 }
 
+/// An override of met.wgsl: how lists of bodies differ.
+pub const LISTS_DIFFER: &str = "LISTS_DIFFER";
+
 /// Colliders on the device.
 pub struct Colliders {
     colliders: Buffer<Collider>,
@@ -73,6 +77,7 @@ pub struct Colliders {
     /// before each frame.
     led_out_at: Option<usize>,
     is_lifting: bool,
+    lists_differ: Differ,
 }
 
 impl Colliders {
@@ -94,6 +99,7 @@ impl Colliders {
             places,
             led_out_at: leads_out.then_some(data.len() - bits),
             is_lifting: leads_out,
+            lists_differ: assembly.lists_differ(),
         })
     }
 
@@ -142,6 +148,7 @@ impl Feature for Colliders {
         if gpu.info().is_software() {
             overrides.insert("TURNS", WALK_TURNS.into());
         }
+        overrides.insert(LISTS_DIFFER, f64::from(self.lists_differ as u32));
     }
 
     fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {
@@ -151,8 +158,8 @@ impl Feature for Colliders {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        let lists = 1 + assembly.frictions().bodies_with_colliders().len();
-        let records = lists * (assembly.colliders().len() + 1);
+        let [in_lists, ranges] = assembly.sizes_of_lists();
+        let records = assembly.colliders().len() + in_lists + 2 * ranges;
         if assembly.colliders_move() { records * size_of::<Collider>() } else { 0 }
     }
 
@@ -160,16 +167,18 @@ impl Feature for Colliders {
         let led_out = self.led_out_at.filter(|_| self.is_lifting).map_or(NONE, |at| at as u32);
         records.iter_mut().for_each(|record| record.led_out = led_out);
         let is_still = !upload.assembly.colliders_move();
-        let mut all: Vec<Collider> = Vec::new();
+        let (mut all, mut ranges): (Vec<Collider>, u32) = (Vec::new(), 0);
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
             let met = substep.met_colliders();
             record.colliders = met.all().len() as u32;
-            record.bodies_apart = met.apart().len() as u32;
+            record.collider_ranges = ranges;
             if is_still && !all.is_empty() {
                 continue;
             }
             record.first_collider = all.len() as u32;
-            all.extend(self.meshes.records(met, &self.places));
+            let (of_substep, count) = self.meshes.records(met, &self.places);
+            all.extend(of_substep);
+            (record.collider_ranges, ranges) = (count, count);
         }
         fill(upload.gpu, "colliders", &mut self.colliders, &all)
     }

@@ -66,9 +66,10 @@ impl Assembly {
     /// The nodes of these that are inside colliders at a time [s], each way out by node, ascending. `x` are the positions [m].
     pub fn lifts(&self, time: f64, x: &dyn Fn(usize) -> [f64; 3]) -> Vec<Lift> {
         let (mut meshes, mut all) = (0, Vec::new());
-        for collider in self.extensions.list::<MovingCollider>() {
+        for (index, collider) in self.extensions.list::<MovingCollider>().iter().enumerate() {
             let depth = Depth::of(collider, time, &mut meshes);
-            for (body, is_free) in self.led_out().iter().map(|(body, free)| (&self.bodies[*body], free)) {
+            let met = self.led_out().iter().filter(|(body, _)| self.meetings().collider(*body, index));
+            for (body, is_free) in met.map(|(body, free)| (&self.bodies[*body], free)) {
                 let depths: Vec<f64> = (0..body.nodes)
                     .map(
                         |local| {

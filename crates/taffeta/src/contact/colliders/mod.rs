@@ -7,6 +7,7 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod lift;
+pub mod met;
 pub mod moving;
 pub mod predicted_contact;
 pub mod response;

@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::{MeshShape, mesh_shape};
+use crate::contact::colliders::met::lists_now;
 use crate::contact::colliders::response::ContactPoint;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
@@ -12,7 +13,6 @@ use crate::plan::Substep;
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{self, Collider, Scene, SceneError, Shape};
 use crate::topology::Placement;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// A bar with a shorter axis than this is a ball [m].
@@ -121,82 +121,16 @@ pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut 
     let mut meshes = 0;
     let all: Vec<ColliderNow<T>> =
         assembly.colliders().iter().map(|collider| collider.at(t, h, &mut meshes)).collect();
-    substep.extensions.insert_list(as_bodies_meet(assembly, &all));
+    if let Some(lists) = lists_now(assembly, &all) {
+        substep.extensions.insert(lists);
+    }
     substep.extensions.insert_list(all);
-}
-
-/// Colliders as a body meets them that has a friction of its own with some.
-pub struct OfBody<T> {
-    /// Places of the body.
-    pub places: Range<usize>,
-    pub colliders: Vec<ColliderNow<T>>,
-}
-
-/// Colliders as nodes meet them.
-#[derive(Clone, Copy)]
-pub struct MetColliders<'s, T> {
-    all: &'s [ColliderNow<T>],
-    of_bodies: &'s [OfBody<T>],
-}
-
-impl<'s, T> MetColliders<'s, T> {
-    /// None.
-    pub const NONE: Self = Self { all: &[], of_bodies: &[] };
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-
-    /// As most bodies meet them.
-    #[cfg(feature = "gpu")]
-    pub fn all(&self) -> &'s [ColliderNow<T>] {
-        self.all
-    }
-
-    /// Bodies that meet them in a way of their own.
-    #[cfg(feature = "gpu")]
-    pub fn apart(&self) -> &'s [OfBody<T>] {
-        self.of_bodies
-    }
-
-    /// As the node at a place meets them.
-    pub fn at(&self, place: usize) -> &'s [ColliderNow<T>] {
-        let own = self.of_bodies.iter().find(|own| own.places.contains(&place));
-        own.map_or(self.all, |own| &own.colliders)
-    }
-}
-
-fn as_bodies_meet<T: Real>(assembly: &Assembly, all: &[ColliderNow<T>]) -> Vec<OfBody<T>> {
-    let frictions = assembly.frictions();
-    let of_body = |body: usize| {
-        let mut colliders = all.to_vec();
-        for (index, collider) in colliders.iter_mut().enumerate() {
-            let own = frictions.of_collider(body, index).map(T::from_f64);
-            collider.surface.friction = own.unwrap_or(collider.surface.friction);
-        }
-        let first = assembly.bodies[body].first;
-        OfBody { places: first..first + assembly.bodies[body].places(), colliders }
-    };
-    frictions.bodies_with_colliders().into_iter().map(of_body).collect()
 }
 
 impl<T: Real> Substep<T> {
     /// Colliders at its end.
     pub fn colliders(&self) -> &[ColliderNow<T>] {
         self.extensions.list()
-    }
-
-    /// The same, as each node meets them.
-    pub fn met_colliders(&self) -> MetColliders<'_, T> {
-        MetColliders { all: self.colliders(), of_bodies: self.extensions.list() }
-    }
-
-    /// Changes them, in each way that they are met.
-    #[cfg(feature = "gpu")]
-    pub fn edit_colliders(&mut self, edit: impl Fn(&mut Vec<ColliderNow<T>>)) {
-        edit(self.extensions.get_mut());
-        self.extensions.get_mut::<Vec<OfBody<T>>>().iter_mut().for_each(|own| edit(&mut own.colliders));
     }
 }
 

@@ -27,12 +27,14 @@ impl Assembly {
         let mut meshes = 0;
         let carried = self.carried();
         let led_out = self.first_nodes_led_out();
+        let meetings = self.meetings().clone();
         let Self { bodies, extensions, .. } = self;
         let colliders = extensions.list::<MovingCollider>();
         for (index, collider) in colliders.iter().enumerate() {
             let start = Depth::of(collider, 0.0, &mut meshes);
             let name = scene.collider_name(index);
-            for body in bodies.iter_mut() {
+            let met = bodies.iter_mut().enumerate().filter(|&(body, _)| meetings.collider(body, index));
+            for (_, body) in met {
                 let depth = |local: usize| {
                     let meets = body.free[local] && !carried.contains(&(body.first + local));
                     if meets { start.at(body.start[local]) } else { f64::NEG_INFINITY }

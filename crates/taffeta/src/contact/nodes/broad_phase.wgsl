@@ -24,7 +24,13 @@ struct Surface {
     exclusions: u32,
     material: ContactMaterial,
     cells_a_metre: f32,
+    /// The layers that it is in, and those that it meets, a bit each.
+    memberships: u32,
+    met_layers: u32,
 }
+
+/// Whether some surfaces do not meet others.
+override HAS_LAYERS: bool = false;
 
 @group(1) @binding(18) var<storage, read> surfaces: array<Surface>;
 /// The surface of each slice of 16 places; then the exclusion lists.
@@ -93,11 +99,18 @@ fn contact_distance(a: Surface, b: Surface) -> f32 {
     return a.material.thickness * 0.5 + b.material.thickness * 0.5;
 }
 
-/// Whether a node at `x` of surface `number` is within contact distance of another.
+/// Whether two surfaces meet. Each meets itself.
+fn do_meet(a: u32, b: u32) -> bool {
+    return !HAS_LAYERS || a == b || (surfaces[a].memberships & surfaces[b].met_layers) != 0u
+        && (surfaces[b].memberships & surfaces[a].met_layers) != 0u;
+}
+
+/// Whether a node at `x` of surface `number` is within contact distance of another that it meets.
 fn is_within_reach(node: u32, number: u32, x: vec3f, other: u32) -> bool {
     let d = x - position_of(other);
-    let reach = contact_distance(surfaces[number], surfaces[surface_number(other)]);
-    return other != node && dot3(d, d) < reach * reach;
+    let of_other = surface_number(other);
+    let reach = contact_distance(surfaces[number], surfaces[of_other]);
+    return other != node && dot3(d, d) < reach * reach && do_meet(number, of_other);
 }
 
 /// Whether a node of surface `number` collides with another when they are near.

@@ -247,6 +247,7 @@ impl StartContacts {
         }
         let surfaces: Vec<Option<&ContactMaterial<f64>>> =
             assembly.bodies.iter().map(|body| Some(&body.self_contact()?.surface)).collect();
+        let meetings = assembly.meetings();
         let cells = Cells::new(nodes.len(), widest);
         let bucket = |node: &(usize, usize)| cells.bucket(cells.cell(place(node))) as u32;
         let rows = Csr::new(cells.buckets(), nodes.iter().map(bucket).zip(0..));
@@ -266,7 +267,7 @@ impl StartContacts {
                 let other = &nodes[j as usize];
                 let Some(surface) = surfaces[other.0] else { return false };
                 let thickness = combine_materials(&own.surface, surface).thickness;
-                j as usize > i && norm(sub(place(other), x)) < thickness
+                j as usize > i && meetings.bodies(node.0, other.0) && norm(sub(place(other), x)) < thickness
             };
             let mut near: Vec<u32> = around(node).flatten().copied().filter(touches).collect();
             near.sort_unstable();

@@ -10,7 +10,7 @@ use crate::contact::nodes::pair;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::{GROUP, NONE, Substep};
 use crate::gpu::schedule::Fused;
 use crate::gpu::sums::sum_groups;
@@ -27,6 +27,9 @@ pub const SHADERS: &[Shader] =
 /// Edge of a cell relative to the largest thickness. It is that much more so that rounding in 32 bits loses no
 /// neighbour.
 pub const CELL: f64 = 1.0 + 1.0 / 64.0;
+
+/// An override of broad_phase.wgsl: whether some surfaces do not meet others.
+pub const HAS_LAYERS: &str = "HAS_LAYERS";
 
 /// Bytes of the arrays that a self-colliding body needs, and their contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
@@ -55,6 +58,8 @@ pub struct SelfCollisionTables {
     pub surfaces: Vec<Surface>,
     /// The surface of each slice of places, and the exclusion lists.
     pub exclusions: Vec<u32>,
+    /// Whether some of them do not meet others.
+    pub has_layers: bool,
     /// Places of all bodies.
     places: usize,
 }
@@ -62,14 +67,17 @@ pub struct SelfCollisionTables {
 impl SelfCollisionTables {
     /// The tables of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
-        let colliding = || bodies.iter().filter_map(|(_, body)| Some((body, body.self_contact()?)));
-        let widest = colliding().map(|(_, self_contact)| self_contact.surface.thickness).fold(0.0, f64::max);
+        let colliding =
+            || bodies.iter().filter_map(|(index, body)| Some((index, body, body.self_contact()?)));
+        let widest = colliding().map(|(.., self_contact)| self_contact.surface.thickness).fold(0.0, f64::max);
         if widest == 0.0 {
             return Ok(Self::default());
         }
         let exclusions = vec![NONE; bodies.slices()];
-        let mut tables = Self { surfaces: Vec::new(), exclusions, places: bodies.len() };
-        for (number, (body, self_contact)) in (0..).zip(colliding()) {
+        let mut tables = Self { exclusions, places: bodies.len(), ..Self::default() };
+        let meetings = bodies.assembly.meetings();
+        tables.has_layers = !meetings.all_meet();
+        for (number, (index, body, self_contact)) in (0..).zip(colliding()) {
             let first = bodies.local(body.first);
             let slices = first as usize / LANES..(first as usize + body.places()) / LANES;
             tables.exclusions[slices].fill(number);
@@ -80,7 +88,7 @@ impl SelfCollisionTables {
                 Exclusions::Grid(ways) => tables.add_offsets(ways),
                 Exclusions::Mesh(rows) => tables.add_rows(rows),
             };
-            let surface = self_contact.surface;
+            let (surface, layers) = (self_contact.surface, meetings.of_body(index));
             tables.surfaces.push(Surface {
                 first,
                 count: body.nodes as u32,
@@ -94,6 +102,8 @@ impl SelfCollisionTables {
                     restitution: surface.restitution as f32,
                 },
                 cells_a_metre: (1.0 / (widest * CELL)) as f32,
+                memberships: layers.memberships.0,
+                met_layers: layers.filter.0,
             });
         }
         Ok(tables)
@@ -138,6 +148,7 @@ pub struct NodeContact {
     sums: Buffer<[u32; 2]>,
     read_sums: ReadBack<[u32; 2]>,
     buckets: usize,
+    has_layers: bool,
     /// Workgroups, with one invocation for each place.
     groups: usize,
     /// Searches in this frame: one in each sub-step.
@@ -158,6 +169,7 @@ impl NodeContact {
             sums: gpu.buffer("sums over pairs", sums)?,
             read_sums: gpu.read_back("sums over pairs", sums)?,
             buckets: tables.buckets(),
+            has_layers: tables.has_layers,
             groups: tables.places.div_ceil(GROUP),
             searches: 0,
         }))
@@ -193,6 +205,10 @@ impl Feature for NodeContact {
             ("contact_work", &self.work),
             ("contact_sums", &self.sums),
         ]
+    }
+
+    fn overrides(&self, _: &Gpu, overrides: &mut Overrides) {
+        overrides.insert(HAS_LAYERS, f64::from(u32::from(self.has_layers)));
     }
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {

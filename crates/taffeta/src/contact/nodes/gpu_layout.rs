@@ -23,6 +23,8 @@ pub struct Surface {
     pub exclusions: u32,
     pub material: ContactMaterial,
     pub cells_a_metre: f32,
+    pub memberships: u32,
+    pub met_layers: u32,
 }
 
 /// Cells of pairs from the origin to the last layer.

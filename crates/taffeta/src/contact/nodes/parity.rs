@@ -78,7 +78,7 @@ impl Work {
             for &b in nodes.iter().filter(|&&b| b != a && !exclusions.contains(&b)) {
                 let d = sub(place(fixture, a), place(fixture, b));
                 let (squared, reach) = (dot(d, d), radius + self::radius(fixture, b));
-                if squared < reach * reach {
+                if squared < reach * reach && do_meet(fixture, a, b) {
                     let nearest = &mut self.nearest[a as usize];
                     *nearest = nearest.min(squared / (reach * reach));
                     self.contacts[a as usize].push(b);
@@ -112,6 +112,13 @@ fn radius(fixture: &Fixture, node: u32) -> f32 {
     let surface =
         fixture.tables.self_collision.surfaces.iter().find(|surface| of_node(surface.first, surface.count));
     surface.map_or(0.0, |surface| surface.material.thickness * 0.5)
+}
+
+/// Whether the bodies of two nodes meet, as the assembly says.
+fn do_meet(fixture: &Fixture, a: u32, b: u32) -> bool {
+    let assembly = fixture.cpu.assembly();
+    let [a, b] = [a, b].map(|node| assembly.number_of_body(node));
+    assembly.meetings().bodies(a, b)
 }
 
 /// Nodes that one does not touch, as the assembly says.

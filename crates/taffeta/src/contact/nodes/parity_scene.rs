@@ -9,7 +9,7 @@ use crate::features::Tables;
 use crate::gpu::layout::Four;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::scene::{
-    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
+    Body, Collider, ContactForm, Icosphere, Keyframe, Layers, Mass, Mesh, Scene, Select, SelfCollision,
 };
 
 /// Nodes are within a cube of twice this edge [m].
@@ -63,6 +63,12 @@ fn assembly(meshes: bool) -> Result<Assembly, String> {
         scene.colliders.extend(meshes_by_chance::colliders());
     }
     scene.bodies = bodies();
+    // Two of each other's layers, and one that the first alone meets.
+    for (body, layers) in
+        [(1, Layers::new([0, 1], [2, 3])), (2, Layers::new([3], [1])), (5, Layers::new([2], [4]))]
+    {
+        scene.bodies[body].layers = layers;
+    }
     Assembly::new(&scene).map_err(|error| error.to_string())
 }
 

@@ -148,7 +148,7 @@ fn out_of_solids(place: u32, start: vec3f, most: f32) -> vec3f {
     var x = start;
     let met = met_by(place, 0u);
     let is_led = surface_knots[KNOT_WORDS * place + KNOT_LED] != 0u;
-    for (var i = 0u; i < select(substeps[own()].colliders, 0u, is_led); i++) {
+    for (var i = 0u; i < select(met.count, 0u, is_led); i++) {
         let collider = collider_met(met, i);
         if collider.kind != MESH {
             let inside = depth_and_normal(collider, x);

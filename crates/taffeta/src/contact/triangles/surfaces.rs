@@ -11,7 +11,7 @@ use crate::contact::triangles::cones::fan;
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
-use crate::scene::{ContactForm, ContactZone, Scene, SceneError, SelfCollision, plain};
+use crate::scene::{ContactForm, ContactZone, Layers, Scene, SceneError, SelfCollision, plain};
 use crate::topology::boxes::{around, leaf_order};
 use crate::topology::{Csr, Piercing, measure, piercings_apart};
 use std::collections::{HashMap, HashSet};
@@ -88,6 +88,8 @@ pub struct Surfaces {
     pub start: Vec<[f64; 3]>,
     /// Surfaces of two bodies that do not touch, the lower number first.
     apart: HashSet<[u32; 2]>,
+    /// The layers of each surface; empty where nothing is said, and all meet.
+    layers: Vec<Layers>,
     /// Friction of pairs of surfaces that the scene names, the lower number first.
     frictions: HashMap<[u32; 2], f64>,
     /// On which side of the triangles of each collider outside is, 1 where their normals point or -1; 0 if it is not closed.
@@ -221,9 +223,10 @@ impl Assembly {
         let mut triangles = Vec::new();
         all.start = vec![[0.0; 3]; places];
         let mut numbers = Vec::new();
-        for body in &self.bodies {
+        for (index, body) in self.bodies.iter().enumerate() {
             numbers.push(all.materials.len() as u32);
             all.add_body(body, &mut listed, &mut triangles);
+            all.layers.resize(all.materials.len(), self.meetings().of_body(index));
         }
         all.apart = apart.0.iter().map(|pair| pair.map(|body| numbers[body])).collect();
         if triangles.is_empty() {
@@ -234,9 +237,13 @@ impl Assembly {
         all.points = self.points();
         listed.average_points(&all.points);
         let mut of_colliders = Vec::new();
-        for collider in self.colliders() {
+        for (index, collider) in self.colliders().iter().enumerate() {
             of_colliders.push(all.materials.len() as u32);
             triangles.extend(all.add_collider(collider));
+            all.layers.resize(all.materials.len(), self.meetings().of_collider(index));
+        }
+        if self.meetings().all_meet() {
+            all.layers = Vec::new();
         }
         let materials = all.add_zones(&listed, &triangles);
         all.frictions = self.frictions_of(&numbers, &of_colliders);
@@ -421,11 +428,16 @@ impl Surfaces {
     pub fn material(&self, materials: [u32; 2]) -> Option<[f64; 2]> {
         let surfaces = materials.map(|material| self.surface_with(material));
         let pair = [surfaces[0].min(surfaces[1]), surfaces[0].max(surfaces[1])];
-        if self.apart.contains(&pair) {
+        if self.apart.contains(&pair) || !self.do_meet(pair) {
             return None;
         }
         let [thickness, friction] = self.material_of_both(materials, surfaces)?;
         Some([thickness, self.frictions.get(&pair).copied().unwrap_or(friction)])
+    }
+
+    /// Whether two surfaces meet by their layers. Each meets itself.
+    fn do_meet(&self, [a, b]: [u32; 2]) -> bool {
+        self.layers.is_empty() || a == b || self.layers[a as usize].meets(&self.layers[b as usize])
     }
 
     /// The same by both sides alone.

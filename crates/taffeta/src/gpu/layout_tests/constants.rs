@@ -6,6 +6,7 @@ use crate::attachments::joints::ROUNDS as GROUP_ROUNDS;
 use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
+use crate::contact::colliders::met::Differ;
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS, TOUCHES};
 use crate::contact::colliders::response::NARROW;
@@ -263,6 +264,8 @@ fn shared() -> BTreeMap<&'static str, f64> {
         ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
         ("GROOVES", GROOVES as f64),
         ("TOUCHES", f64::from(TOUCHES as f32)),
+        ("DIFFER_BY_FRICTION", f64::from(Differ::ByFriction as u32)),
+        ("DIFFER_BY_COLLIDERS", f64::from(Differ::ByColliders as u32)),
         ("STICKS", f64::from(STICKS as f32)),
         ("LEFT_TO_CONTACT", f64::from(LEFT_TO_CONTACT as f32)),
         ("ROUNDING_ULPS", f64::from(ROUNDING_ULPS as f32)),

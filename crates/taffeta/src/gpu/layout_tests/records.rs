@@ -91,7 +91,7 @@ fn records() -> Vec<Record> {
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
             input_forces, pins, solving, left, first_goal, max_separation, own, air, first_corner,
-            corner_parts, longest_push, led_out, bodies_apart, longest_step, pins_may_lag;
+            corner_parts, longest_push, led_out, collider_ranges, longest_step, pins_may_lag;
             padding
         }),
         record!(Solving {
@@ -204,7 +204,18 @@ fn records_of_contact() -> Vec<Record> {
             system,
             is_held
         }),
-        record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
+        record!(Surface {
+            first,
+            count,
+            cols,
+            high,
+            wide,
+            exclusions,
+            material,
+            cells_a_metre,
+            memberships,
+            met_layers
+        }),
     ]
 }
 
@@ -306,7 +317,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("    bodies_apart: u32,\n", ""),
+        ("    collider_ranges: u32,\n", ""),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         (
             "    material: ContactMaterial,\n    cells_a_metre: f32,",

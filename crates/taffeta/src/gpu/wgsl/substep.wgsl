@@ -82,8 +82,8 @@ struct Substep {
     longest_push: f32,
     /// Where in `mesh_data` it stands which nodes are led out of colliders, a bit each; NONE if none are.
     led_out: u32,
-    /// Bodies that meet colliders with a friction of their own.
-    bodies_apart: u32,
+    /// Ranges of places that have a list of colliders each.
+    collider_ranges: u32,
     /// Length of the longest of its frame [s].
     longest_step: f32,
     /// Whether surfaces may hold back nodes that pins move: 1, else 0.

@@ -15,7 +15,7 @@ fn deepest_contact(place: u32, node: Approach, before: ContactRecord) -> Contact
         deepest = before.inside;
     }
     let met = met_by(place, 0u);
-    for (var i = 0u; i < substeps[own()].colliders; i++) {
+    for (var i = 0u; i < met.count; i++) {
         let collider = collider_met(met, i);
         if collider.kind == MESH {
             continue;

@@ -62,7 +62,7 @@ pub fn fixtures(bench: &Bench<'_>) -> Result<[Fixture; 2], String> {
 
 /// The kernel, for slices with as many kinds of springs as the fixtures have.
 pub fn kernel_of(bench: &Bench<'_>, name: Name, fixture: &Fixture) -> Result<Kernel, String> {
-    bench.kernel(name, &[("KINDS", fixture.tables.springs.kinds as f64)])
+    bench.kernel(name, &fixture.overrides())
 }
 
 fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -97,7 +97,8 @@ fn drift(fixture: &Fixture, place: usize, force: [f32; 3]) -> (Four, Four) {
 
 fn contact(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
-    contact_with(bench, Name::new("contact_all"), fixtures, &[usize::MAX, 2, 1, 0])
+    contact_with(bench, Name::new("contact_all"), fixtures, &[usize::MAX, 2, 1, 0])?;
+    contact_with(bench, Name::new("contact_all"), [Fixture::with_layers(34, bench.exact)?], &[usize::MAX])
 }
 
 fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -405,7 +406,8 @@ fn mesh_patches(bench: &mut Bench<'_>) -> Result<(), String> {
 /// A kernel that takes one sub-step on patches with room for some nodes.
 fn patch_kernel(bench: &Bench<'_>, name: Name, fixture: &Fixture, room: u32) -> Result<Kernel, String> {
     let room = ("ROOM", f64::from(room * PATCH_NODE_BYTES / 4));
-    bench.kernel(name, &[("KINDS", fixture.tables.springs.kinds as f64), room, ("STEPS", 1.0)])
+    let [kinds, lists, layers] = fixture.overrides();
+    bench.kernel(name, &[kinds, lists, layers, room, ("STEPS", 1.0)])
 }
 
 /// A sub-step of all particle stages but pins, on the places that each case says.

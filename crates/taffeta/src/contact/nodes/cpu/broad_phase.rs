@@ -45,6 +45,9 @@ impl<T: Real> ContactWorker<'_, T> {
                     continue;
                 }
                 let both = [other.min(group as u32), other.max(group as u32)];
+                if !self.setup.do_groups_meet(both) {
+                    continue;
+                }
                 group_pairs.push(GroupPair::new(both, spare.pop().unwrap_or_default()));
             }
         }
@@ -63,7 +66,9 @@ impl<T: Real> ContactWorker<'_, T> {
         std::mem::swap(&mut old, &mut groups.pairs);
         let mut known = old.iter().peekable();
         for (a, squared) in first.zip(&self.scratch.squared) {
-            for (b, &squared) in second.clone().zip(squared).filter(|(b, _)| *b >= a) {
+            for (b, &squared) in
+                second.clone().zip(squared).filter(|(b, _)| *b >= a && self.setup.do_meet([a, *b]))
+            {
                 if squared >= near {
                     beyond = if squared < beyond { squared } else { beyond };
                     continue;

@@ -25,6 +25,7 @@ use crate::contact::clusters::bounds::{ClusterPair, GroupPair};
 use crate::contact::clusters::margin::{Margin, extent};
 use crate::contact::clusters::packed::{GROUP, Packed};
 use crate::contact::clusters::tree::{Boxes, Tree};
+use crate::contact::layers::Meetings;
 use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::cpu::backend::Context;
 use crate::cpu::cells::PerWorker;
@@ -79,6 +80,8 @@ struct ContactSetup<T> {
     groups: Vec<Range<usize>>,
     /// Trees of boxes around groups, by worker.
     trees: Vec<Tree>,
+    /// Which bodies meet.
+    meetings: Meetings,
 }
 
 /// Results that workers share.
@@ -189,6 +192,7 @@ impl<T: Real> ContactSetup<T> {
             chunks: owned,
             groups,
             trees,
+            meetings: assembly.meetings().clone(),
         })
     }
 
@@ -201,6 +205,18 @@ impl<T: Real> ContactSetup<T> {
     fn material(&self, a: usize, b: usize) -> ContactMaterial<T> {
         let [a, b] = [a, b].map(|place| &self.surfaces[self.body[place] as usize]);
         pair::combine_materials(a, b)
+    }
+
+    /// Whether the bodies of two clusters meet.
+    fn do_meet(&self, clusters: [usize; 2]) -> bool {
+        let [a, b] = clusters.map(|cluster| self.clusters[cluster].body as usize);
+        self.meetings.bodies(a, b)
+    }
+
+    /// Whether some clusters of two groups meet.
+    fn do_groups_meet(&self, groups: [u32; 2]) -> bool {
+        let [a, b] = groups.map(|group| self.groups[group as usize].clone());
+        self.meetings.all_meet() || a.into_iter().any(|a| b.clone().any(|b| self.do_meet([a, b])))
     }
 
     /// Distance at which nodes of two clusters are in contact [m].

@@ -15,7 +15,7 @@ mod tile;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
-use crate::contact::colliders::moving::MetColliders;
+use crate::contact::colliders::met::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::backend::Context;
 use crate::cpu::cells::PerWorker;

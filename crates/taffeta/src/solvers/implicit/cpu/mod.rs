@@ -24,7 +24,7 @@ use crate::assembly::Assembly;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
-use crate::contact::colliders::moving::MetColliders;
+use crate::contact::colliders::met::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::contact::triangles::cpu::TriangleContact;
 use crate::cpu::backend::Context;
