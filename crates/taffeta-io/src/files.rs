@@ -1,5 +1,9 @@
 //! Files that users name, opened so that nothing else is read or written than a regular file of that very name.
 
+mod given;
+
+pub use given::Given;
+
 use crate::program::one_line;
 use std::ffi::OsString;
 use std::fs::{File, OpenOptions, create_dir_all, read_dir};

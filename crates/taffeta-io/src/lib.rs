@@ -33,8 +33,9 @@ pub mod program;
 pub mod scene;
 
 pub use checkpoint::Checkpoint;
+pub use files::Given;
 pub use mesh::{MeshError, MeshFormat, MeshOptions, load_mesh, parse_mesh, surface_from};
 pub use scene::{
-    LoadError, Loaded, Place, SceneSource, load_files, load_scene, parse_scene, read_pairs, read_poses,
-    read_scene,
+    LoadError, Loaded, Place, SceneSource, load_files, load_given, load_scene, parse_scene, read_pairs,
+    read_poses, read_scene,
 };

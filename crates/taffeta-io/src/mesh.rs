@@ -36,6 +36,7 @@ pub use error::MeshError;
 pub(crate) use extent::take_off;
 pub use surface::surface_from;
 
+use crate::files::Given;
 use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 
@@ -59,6 +60,8 @@ pub struct MeshOptions<'a> {
     pub rest: Option<&'a Path>,
     /// Folders, besides the mesh's own, that hold what it may name: the buffers of a glTF.
     pub within: &'a [PathBuf],
+    /// Files to take in place of those of the disk.
+    pub given: Option<&'a Given>,
 }
 
 /// Format of a mesh file.
@@ -118,27 +121,36 @@ impl MeshFormat {
 /// # Ok::<(), taffeta_io::MeshError>(())
 /// ```
 pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshError> {
-    let raw = read_mesh(path, options.within)?;
+    let raw = read_mesh(path, options)?;
     surface::build(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
 }
 
 /// As [`load_mesh`], and what was taken off all places of a mesh that lay far away [m].
 pub(crate) fn load_moved(path: &Path, options: &MeshOptions) -> Result<(Surface, [f64; 3]), MeshError> {
-    let raw = read_mesh(path, options.within)?;
+    let raw = read_mesh(path, options)?;
     surface::build_moved(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
 }
 
 /// Places of the vertices of `mesh` [m] in another file with its vertices and faces, as they are there.
-pub(crate) fn load_pose(path: &Path, within: &[PathBuf], mesh: &Surface) -> Result<Vec<[f64; 3]>, MeshError> {
-    rest::places(read_mesh(path, within)?, ("pose", path), mesh.vertices.len(), &mesh.polygons)
+pub(crate) fn load_pose(
+    path: &Path,
+    options: &MeshOptions,
+    mesh: &Surface,
+) -> Result<Vec<[f64; 3]>, MeshError> {
+    rest::places(read_mesh(path, options)?, ("pose", path), mesh.vertices.len(), &mesh.polygons)
 }
 
 /// What a mesh file says. Its bytes, which may be many, are gone when this returns.
-fn read_mesh(path: &Path, within: &[PathBuf]) -> Result<RawMesh, MeshError> {
+fn read_mesh(path: &Path, options: &MeshOptions) -> Result<RawMesh, MeshError> {
     let read = || {
+        if let Some(given) = options.given {
+            let bytes =
+                given.get(path).ok_or_else(|| MeshError::new("is not among the files that were given"))?;
+            return parse(bytes, MeshFormat::of(path)?, path.parent(), options);
+        }
         file::check_kind(path)?;
         let format = MeshFormat::of(path)?;
-        parse(&file::read(path)?, format, path.parent(), within)
+        parse(&file::read(path)?, format, path.parent(), options)
     };
     read().map_err(|error| error.in_file(&path.display().to_string()))
 }
@@ -154,15 +166,15 @@ fn read_mesh(path: &Path, within: &[PathBuf]) -> Result<RawMesh, MeshError> {
 /// # Ok::<(), taffeta_io::MeshError>(())
 /// ```
 pub fn parse_mesh(bytes: &[u8], format: MeshFormat, options: &MeshOptions) -> Result<Surface, MeshError> {
-    surface::build(parse(bytes, format, None, &[])?, options)
+    surface::build(parse(bytes, format, None, &MeshOptions::default())?, options)
 }
 
-/// Reads what a file says. A glTF may name buffers in `folder`, its own, and in the folders of `within`.
+/// Reads what a file says. A glTF may name buffers in `folder`, its own, and in those of the options.
 fn parse(
     bytes: &[u8],
     format: MeshFormat,
     folder: Option<&Path>,
-    within: &[PathBuf],
+    options: &MeshOptions,
 ) -> Result<RawMesh, MeshError> {
     if bytes.is_empty() {
         return Err(MeshError::new("no triangles: the file is empty"));
@@ -172,7 +184,7 @@ fn parse(
         MeshFormat::Ply => ply::parse_ply(bytes),
         MeshFormat::Stl => stl::parse_stl(bytes),
         MeshFormat::Off => off::parse_off(bytes),
-        MeshFormat::Gltf => gltf::parse_gltf(bytes, folder, within),
+        MeshFormat::Gltf => gltf::parse_gltf(bytes, folder, options),
     };
     match read {
         Ok(mesh) if !mesh.polygons.is_empty() => Ok(mesh),

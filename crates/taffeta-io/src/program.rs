@@ -5,7 +5,9 @@ mod choice;
 mod lock;
 mod machine;
 mod memory;
+pub mod pose;
 mod words;
+mod world;
 
 #[cfg(feature = "gpu")]
 pub use choice::{Work, at_once, faster, only_software, too_many};
@@ -13,6 +15,7 @@ pub use lock::RunLock;
 pub use machine::processor;
 pub use memory::{FreeMemory, free_memory, short_of_memory, size};
 pub use words::one_line;
+pub use world::changed;
 
 use crate::scene::{hint, key_of};
 use crate::{LoadError, MeshFormat, Place, SceneSource};

@@ -18,7 +18,9 @@ pub use files::read_pairs;
 pub use poses::read_poses;
 pub use source::{LoadError, Place, SceneSource};
 
+use crate::files::Given;
 use crate::mesh::MeshFormat;
+use folders::Folders;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use taffeta::scene::Scene;
@@ -115,7 +117,28 @@ pub fn read_scene(path: &Path) -> Result<String, LoadError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn load_files(loaded: &mut Loaded, path: &Path) -> Result<(), LoadError> {
-    files::fill(loaded, path)
+    let models = std::env::var_os("TAFFETA_MODELS").map(Into::into);
+    loaded.files.extend(path.canonicalize());
+    files::fill(loaded, Folders::of(path, models))
+}
+
+/// Loads the files that a scene names from what is given, where there is no disk.
+///
+/// ```
+/// let text = "
+/// [[body]]
+/// mesh.file = 'kite.obj'
+/// area_density = 0.05
+/// ";
+/// let kite = b"v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n".to_vec();
+/// let given = [("kite.obj".to_owned(), kite)].into_iter().collect();
+/// let mut loaded = taffeta_io::parse_scene(text, "kite.toml", &[])?;
+/// taffeta_io::load_given(&mut loaded, &given)?;
+/// assert_eq!(loaded.scene.bodies[0].mesh.nodes(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn load_given(loaded: &mut Loaded, given: &Given) -> Result<(), LoadError> {
+    files::fill(loaded, Folders::given(given))
 }
 
 /// Reads a scene from `text`, which errors call `file_name`, and applies `sets`. Files that it names are not loaded.

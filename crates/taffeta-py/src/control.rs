@@ -1,11 +1,11 @@
 //! What a program does to a running simulation: pins, forces, poses, and the numbers that it asks for.
 
 use crate::errors::Failure;
-use crate::pose;
 use crate::running::Running;
 use numpy::{PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use taffeta::{BodyHandle, InputError, Pose, Simulation};
+use taffeta_io::program::pose;
 
 /// Pins vertices at places, or where they are.
 pub fn pin(
@@ -79,7 +79,7 @@ pub fn pose(value: &Bound<'_, PyAny>) -> Result<Pose, Failure> {
     }
     let numbers = array.to_vec().map_err(|_| unfit())?;
     let rows: &[[f64; 4]; 4] = numbers.as_chunks().0.as_array().ok_or_else(unfit)?;
-    pose::pose(*rows).map_err(Failure::input)
+    pose::rigid(*rows).map_err(Failure::input)
 }
 
 /// A number of frames.

@@ -10,7 +10,6 @@ mod errors;
 mod info;
 mod mesh;
 mod options;
-mod pose;
 mod read;
 mod report;
 mod running;

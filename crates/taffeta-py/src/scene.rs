@@ -7,7 +7,6 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use taffeta::BuildError;
-use taffeta::scene::World;
 use taffeta_io::program::short_of_memory;
 use taffeta_io::scene::hint;
 use taffeta_io::{Loaded, load_files, parse_scene, read_scene};
@@ -153,15 +152,4 @@ pub fn format_value(value: &Bound<'_, PyAny>) -> PyResult<String> {
 /// A dict as a table.
 pub fn table(data: &Bound<'_, PyDict>) -> Result<toml::Table, Failure> {
     Ok(Document::of(data.as_any(), false)?.table)
-}
-
-/// A world with changes.
-pub fn world(changes: toml::Table, now: &World) -> Result<World, Failure> {
-    let unfit = |error: String| Failure::Internal(format!("the world cannot be written: {error}"));
-    let mut world = toml::Table::try_from(now).map_err(|error| unfit(error.to_string()))?;
-    world.extend(changes);
-    let whole = toml::Table::from_iter([("world".to_owned(), toml::Value::Table(world))]);
-    let text = toml::to_string(&whole).map_err(|error| unfit(error.to_string()))?;
-    let loaded = parse_scene(&text, UNWRITTEN, &[]).map_err(|error| Failure::input(error.message))?;
-    Ok(loaded.scene.world)
 }

@@ -359,7 +359,7 @@ impl Worlds {
         let every = vec![true; self.worlds.len()];
         self.each(py, &every, |index, running| {
             let collider = running.simulation.collider(collider)?;
-            Ok(running.simulation.move_collider(collider, crate::pose::shift(shifts[index]))?)
+            Ok(running.simulation.move_collider(collider, taffeta_io::program::pose::shift(shifts[index]))?)
         })?;
         Ok(())
     }

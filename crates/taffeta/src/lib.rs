@@ -74,7 +74,7 @@ pub mod extension {
 /// The vector instructions that the CPU backend uses on this machine.
 ///
 /// ```
-/// assert!(["base", "sse2", "avx2", "avx512"].contains(&taffeta::simd_level().as_str()));
+/// assert!(["base", "sse2", "avx2", "avx512", "simd128"].contains(&taffeta::simd_level().as_str()));
 /// ```
 pub fn simd_level() -> String {
     cpu::SimdLevel::detect().to_string()

@@ -12,21 +12,21 @@ mod container;
 mod document;
 mod scene;
 
-use super::{MeshError, RawMesh};
+use super::{MeshError, MeshOptions, RawMesh};
 use accessor::Data;
 use buffers::Loader;
 use builder::Builder;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// Reads the bytes of a glTF or GLB. Buffers may lie in `folder`, where the file is, and in the folders of `within`;
+/// Reads the bytes of a glTF or GLB. Buffers may lie in `folder`, where the file is, and in the folders of the options;
 /// without `folder` it must bring them along.
 pub(super) fn parse_gltf(
     bytes: &[u8],
     folder: Option<&Path>,
-    within: &[PathBuf],
+    options: &MeshOptions,
 ) -> Result<RawMesh, MeshError> {
     let (document, binary) = container::open(bytes)?;
-    let loader = Loader { folder, within, binary };
+    let loader = Loader { folder, within: options.within, given: options.given, binary };
     let buffers = loader.load(&document.buffers).map_err(MeshError::new)?;
     let data = Data { document: &document, buffers };
     let mut builder = Builder::new(&data);

@@ -11,7 +11,7 @@ use super::rest;
 use super::triangles::Triangles;
 use super::weld::weld;
 use super::{MeshError, MeshOptions, RawMesh, read_mesh};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use taffeta::topology::{Polygons, Surface, Uvs};
 
 /// Builds a surface from vertices [m] and faces: welds, triangulates, drops what has no area or is there twice, splits,
@@ -53,7 +53,7 @@ pub(super) fn build_moved(raw: RawMesh, options: &MeshOptions) -> Result<(Surfac
         return Err(MeshError::new("no triangles: the mesh has no faces"));
     }
     check_counts(&raw)?;
-    let at_rest = options.rest.map(|path| rest_places(path, options.within, &raw)).transpose()?;
+    let at_rest = options.rest.map(|path| rest_places(path, options, &raw)).transpose()?;
     let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
     let shift = recentre(&mut vertices, &mut repairs)?;
     let (mut nodes, mut node_of_vertex) = weld(&vertices, &mut repairs);
@@ -99,8 +99,8 @@ pub(super) fn build_moved(raw: RawMesh, options: &MeshOptions) -> Result<(Surfac
     Ok((surface, shift))
 }
 
-fn rest_places(path: &Path, within: &[PathBuf], mesh: &RawMesh) -> Result<Vec<[f64; 3]>, MeshError> {
-    let rest = read_mesh(path, within)?;
+fn rest_places(path: &Path, options: &MeshOptions, mesh: &RawMesh) -> Result<Vec<[f64; 3]>, MeshError> {
+    let rest = read_mesh(path, options)?;
     let mut places = rest::places(rest, ("rest shape", path), mesh.vertices.len(), &mesh.polygons)?;
     // Only differences count, so that it may be anywhere.
     recentre(&mut places, &mut Vec::new()).map_err(|error| error.in_file(&path.display().to_string()))?;

@@ -12,7 +12,7 @@ use taffeta::topology::Surface;
 pub(super) fn fill(
     collider: &mut Collider,
     path: &str,
-    folders: &Folders,
+    folders: &Folders<'_>,
     source: &SceneSource,
     notes: &mut Vec<String>,
 ) -> Result<(), LoadError> {
@@ -32,7 +32,7 @@ pub(super) fn fill(
         let place = format!("{path}.{key}.file");
         match (folders.find(name), &stand_in) {
             (Ok(file), _) => {
-                let options = MeshOptions { fill_holes, rest: None, within: folders.all() };
+                let options = MeshOptions { fill_holes, ..folders.options() };
                 let (mut surface, shift) =
                     load_moved(&file, &options).map_err(|error| source.at_path(&place, error.to_string()))?;
                 if key == "convex" {
@@ -64,7 +64,7 @@ fn fill_poses(
     collider: &mut Collider,
     moved: [f64; 3],
     path: &str,
-    folders: &Folders,
+    folders: &Folders<'_>,
     source: &SceneSource,
 ) -> Result<(), LoadError> {
     let Some(poses) = &mut collider.poses else { return Ok(()) };
@@ -81,12 +81,13 @@ fn fill_poses(
     if let Some(name) = &poses.file {
         let place = format!("{path}.poses.file");
         let file = found(folders, name, &place, source)?;
-        all = poses::read(&file, surface.vertices.len()).map_err(|what| source.at_path(&place, what))?;
+        all = poses::read(folders, &file, surface.vertices.len())
+            .map_err(|what| source.at_path(&place, what))?;
     }
     for (index, name) in poses.files.iter().enumerate() {
         let place = format!("{path}.poses.files[{index}]");
         let file = found(folders, name, &place, source)?;
-        let pose = load_pose(&file, folders.all(), surface)
+        let pose = load_pose(&file, &folders.options(), surface)
             .map_err(|error| source.at_path(&place, error.to_string()))?;
         all.push(pose);
     }

@@ -18,8 +18,7 @@ pub(super) const NOT_STOOD_IN_FOR: &str =
     "stands in for a mesh file that is not there, and no file is named; mesh.file would do, or leave it out";
 
 /// Replaces the files that the scene names by what is in them.
-pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadError> {
-    let folders = Folders::of(scene_file, std::env::var_os("TAFFETA_MODELS").map(Into::into));
+pub(super) fn fill(loaded: &mut Loaded, folders: Folders<'_>) -> Result<(), LoadError> {
     let Loaded { scene, source, notes, files } = loaded;
     for (index, body) in scene.bodies.iter_mut().enumerate() {
         let path = format!("body[{index}]");
@@ -29,7 +28,6 @@ pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadErr
     for (index, collider) in scene.colliders.iter_mut().enumerate() {
         colliders::fill(collider, &format!("collider[{index}]"), &folders, source, notes)?;
     }
-    files.extend(scene_file.canonicalize());
     files.extend(folders.used());
     Ok(())
 }
@@ -37,7 +35,7 @@ pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadErr
 fn fill_mesh(
     body: &mut Body,
     path: &str,
-    folders: &Folders,
+    folders: &Folders<'_>,
     source: &SceneSource,
     notes: &mut Vec<String>,
 ) -> Result<(), LoadError> {
@@ -77,12 +75,12 @@ fn load(
     body: &Body,
     file: &Path,
     path: &str,
-    folders: &Folders,
+    folders: &Folders<'_>,
     source: &SceneSource,
 ) -> Result<Surface, LoadError> {
     let rest_key = format!("{path}.rest_shape");
     let rest = body.rest_shape.as_ref().map(|name| found(folders, name, &rest_key, source)).transpose()?;
-    let options = MeshOptions { fill_holes: body.fill_holes, rest: rest.as_deref(), within: folders.all() };
+    let options = MeshOptions { fill_holes: body.fill_holes, rest: rest.as_deref(), ..folders.options() };
     load_mesh(file, &options).map_err(|error| {
         let in_rest = rest.is_some_and(|rest| error.file == rest.display().to_string());
         let key = if in_rest { rest_key } else { format!("{path}.mesh.file") };
@@ -92,7 +90,7 @@ fn load(
 
 /// The file that the scene calls `name` at `key`.
 pub(super) fn found(
-    folders: &Folders,
+    folders: &Folders<'_>,
     name: &str,
     key: &str,
     source: &SceneSource,
@@ -106,7 +104,7 @@ pub(super) fn found(
 fn fill_pairs(
     body: &mut Body,
     path: &str,
-    folders: &Folders,
+    folders: &Folders<'_>,
     source: &mut SceneSource,
 ) -> Result<(), LoadError> {
     let Some(internal) = &mut body.springs.internal else { return Ok(()) };
@@ -115,7 +113,7 @@ fn fill_pairs(
     let file = found(folders, name, &place, source)?;
     let refuse = |what: String| source.at_path(&place, format!("{}: {what}", file.display()));
     let unread = |error: std::io::Error| refuse(format!("cannot be read: {error}"));
-    let bytes = crate::files::read(&file, LONGEST_LIST + 1).map_err(unread)?;
+    let bytes = folders.read(&file, LONGEST_LIST + 1).map_err(unread)?;
     if bytes.len() as u64 > LONGEST_LIST {
         return Err(refuse(format!("has more than {LONGEST_LIST} bytes; fewer struts would do")));
     }

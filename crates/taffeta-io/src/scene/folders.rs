@@ -1,6 +1,8 @@
 //! Where the files of a scene may lie: its folder, `models/` folders and `$TAFFETA_MODELS`. Nothing else is read.
 
 use super::words::nearest;
+use crate::files::Given;
+use crate::mesh::MeshOptions;
 use std::cell::RefCell;
 use std::path::{Component, Path, PathBuf};
 
@@ -8,8 +10,10 @@ use std::path::{Component, Path, PathBuf};
 const MOST_ENTRIES: usize = 10_000;
 
 /// The folders that are searched, in order.
-pub(super) struct Folders {
+pub(super) struct Folders<'a> {
     folders: Vec<PathBuf>,
+    /// Files in place of all folders.
+    given: Option<&'a Given>,
     used: RefCell<Vec<PathBuf>>,
 }
 
@@ -22,7 +26,7 @@ pub(super) enum Unusable {
     Refused(String),
 }
 
-impl Folders {
+impl<'a> Folders<'a> {
     /// Folders for the scene at `scene`; `models` is the value of `$TAFFETA_MODELS`.
     pub fn of(scene: &Path, models: Option<PathBuf>) -> Self {
         let full = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
@@ -37,12 +41,22 @@ impl Folders {
                 folders.push(folder);
             }
         }
-        Self { folders, used: RefCell::default() }
+        Self { folders, given: None, used: RefCell::default() }
     }
 
-    /// The folders, in order.
-    pub fn all(&self) -> &[PathBuf] {
-        &self.folders
+    /// Files that are given in place of all folders.
+    pub fn given(files: &'a Given) -> Self {
+        Self { folders: Vec::new(), given: Some(files), used: RefCell::default() }
+    }
+
+    /// How the meshes in them are read.
+    pub fn options(&self) -> MeshOptions<'_> {
+        MeshOptions { within: &self.folders, given: self.given, ..MeshOptions::default() }
+    }
+
+    /// The first bytes of a file that was found, at most so many.
+    pub fn read(&self, path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
+        self.given.map_or_else(|| crate::files::read(path, most), |given| given.read(path, most))
     }
 
     /// The files that were found so far.
@@ -57,6 +71,17 @@ impl Folders {
                 "`{name}` is not a path inside the scene's folder, `models/` or `$TAFFETA_MODELS`; put the file \
                  into one of them and write its path from there"
             )));
+        }
+        if let Some(given) = self.given {
+            let path = PathBuf::from(name);
+            let names = given.names();
+            let missing = || match &names[..] {
+                [] => Unusable::Missing(format!("`{name}` was not given, nor any other file")),
+                some => {
+                    Unusable::Missing(format!("`{name}` is not among the files given: {}", some.join(", ")))
+                }
+            };
+            return given.get(&path).map(|_| path).ok_or_else(missing);
         }
         let mut odd = None;
         for folder in &self.folders {

@@ -1,6 +1,7 @@
 //! Poses from a PC2 file, the point cache of 3ds Max that Blender and Maya write: a header of 32 bytes, then 32-bit floats,
 //! sample by sample, little endian.
 
+use super::folders::Folders;
 use std::path::Path;
 
 const HEADER: usize = 32;
@@ -8,10 +9,14 @@ const HEADER: usize = 32;
 const LONGEST: u64 = 4 << 30;
 
 /// The samples of a file, each with a place [m] for each of so many `vertices`.
-pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
+pub(super) fn read(
+    folders: &Folders<'_>,
+    path: &Path,
+    vertices: usize,
+) -> Result<Vec<Vec<[f64; 3]>>, String> {
     let named = |what: String| format!("{}: {what}", path.display());
     let unread = |error: std::io::Error| named(format!("cannot be read: {error}"));
-    let bytes = crate::files::read(path, LONGEST + 1).map_err(unread)?;
+    let bytes = folders.read(path, LONGEST + 1).map_err(unread)?;
     if bytes.len() as u64 > LONGEST {
         return Err(named(format!("has more than {LONGEST} bytes; fewer samples would do")));
     }

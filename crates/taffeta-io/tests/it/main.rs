@@ -4,6 +4,7 @@ mod calls;
 mod checkpoint;
 mod files;
 mod garments;
+mod given;
 mod long;
 mod mesh;
 mod mesh_formats;

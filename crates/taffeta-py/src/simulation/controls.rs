@@ -2,11 +2,12 @@
 
 use super::Simulation;
 use crate::errors::Failure;
-use crate::scene::{table, world};
+use crate::scene::table;
 use crate::{arrays, control};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taffeta::PinHandle;
+use taffeta_io::program::changed;
 
 /// A pin by its body and its number.
 pub fn pin_of(simulation: &taffeta::Simulation, body: &str, pin: i64) -> Result<PinHandle, Failure> {
@@ -128,7 +129,7 @@ impl Simulation {
         let Some(changes) = changes else { return Ok(()) };
         let changes = table(changes)?;
         self.work(py, |running| {
-            let world = world(changes, &running.world)?;
+            let world = changed(changes, &running.world).map_err(Failure::Input)?;
             running.simulation.set_world(&world)?;
             running.world = world;
             Ok(())

@@ -2,13 +2,14 @@
 
 use super::Simulation;
 use crate::arrays;
+use crate::document;
 use crate::errors::Failure;
 use crate::info::{Body, Collider};
 use crate::read::{self, Quantity};
-use crate::{document, pose};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use taffeta_io::program::pose;
 
 impl Simulation {
     fn read(

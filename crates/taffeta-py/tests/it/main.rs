@@ -1,11 +1,8 @@
 //! What of the door needs no Python. Everything else is tested from Python, by `cargo xtask test`.
 
-#[path = "../../src/pose.rs"]
-mod pose;
-
-use pose::{matrix, pose, shift, velocity};
 use std::f64::consts::FRAC_PI_2;
 use taffeta::glam::{DAffine3, DQuat, DVec3};
+use taffeta_io::program::pose::{matrix, rigid, shift, velocity};
 
 /// A quarter turn about y and a shift: x goes to -z.
 const QUARTER: [[f64; 4]; 4] =
@@ -13,7 +10,7 @@ const QUARTER: [[f64; 4]; 4] =
 
 #[test]
 fn a_matrix_is_a_turn_and_a_shift() {
-    let found = pose(QUARTER).expect("a pose");
+    let found = rigid(QUARTER).expect("a pose");
     assert_eq!(found.translate, [0.1, 0.2, 0.3]);
     assert!((found.rotate.degrees - 90.0).abs() < 1e-12, "{found:?}");
     assert!((DVec3::from(found.rotate.axis) - DVec3::Y).length() < 1e-12, "{found:?}");
@@ -26,16 +23,16 @@ fn a_matrix_is_a_turn_and_a_shift() {
 #[test]
 fn a_matrix_without_a_turn_is_a_shift_to_the_last_bit() {
     let mut rows = [[1.0, 0.0, 0.0, 0.1], [0.0, 1.0, 0.0, -0.3], [0.0, 0.0, 1.0, 0.7], [0.0, 0.0, 0.0, 1.0]];
-    assert_eq!(pose(rows), Ok(shift([0.1, -0.3, 0.7])));
+    assert_eq!(rigid(rows), Ok(shift([0.1, -0.3, 0.7])));
     rows[1][1] = 2.0;
-    assert!(pose(rows).is_err_and(|what| what.contains("no rotation")));
+    assert!(rigid(rows).is_err_and(|what| what.contains("no rotation")));
     rows[1][1] = -1.0;
-    assert!(pose(rows).is_err(), "a reflection");
+    assert!(rigid(rows).is_err(), "a reflection");
     rows[1][1] = f64::NAN;
-    assert!(pose(rows).is_err_and(|what| what.contains("not finite")));
+    assert!(rigid(rows).is_err_and(|what| what.contains("not finite")));
     rows[3] = [0.0; 4];
     rows[1][1] = 1.0;
-    assert!(pose(rows).is_err_and(|what| what.contains("last row")));
+    assert!(rigid(rows).is_err_and(|what| what.contains("last row")));
 }
 
 #[test]

@@ -27,7 +27,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use web_time::Instant;
 
 /// Cache lines between the starts of the arrays that a kernel walks through together: twelve of them share the 64
 /// sets of a first-level cache evenly.

@@ -19,6 +19,7 @@ impl<S> Cells<S> {
     }
 
     /// How many they are.
+    #[cfg(feature = "gpu")]
     pub fn len(&self) -> usize {
         self.0.len()
     }

@@ -3,7 +3,7 @@
 
 use crate::step::Stage;
 use std::cell::Cell;
-use std::time::Instant;
+use web_time::Instant;
 
 /// Time outside of stages.
 const BETWEEN: usize = Stage::ALL.len();

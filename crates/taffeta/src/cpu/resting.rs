@@ -34,6 +34,7 @@ impl Resting {
     }
 
     /// Whether any body is.
+    #[cfg(any(test, feature = "gpu"))]
     pub fn any(&self) -> bool {
         self.any
     }

@@ -8,7 +8,7 @@ use std::fmt;
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SimdLevel {
-    /// What the target always has (SSE2 on x86-64).
+    /// What the target always has: SSE2 on x86-64, SIMD128 in WebAssembly that is built with it.
     Base,
     /// AVX2.
     Avx2,
@@ -20,6 +20,7 @@ impl fmt::Display for SimdLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Base if cfg!(target_arch = "x86_64") => "sse2",
+            Self::Base if cfg!(target_feature = "simd128") => "simd128",
             Self::Base => "base",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",

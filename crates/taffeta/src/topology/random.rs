@@ -35,6 +35,11 @@ impl SplitMix64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// The upper 32 bits.
+    pub fn bits(&mut self) -> u32 {
+        (self.next() >> 32) as u32
+    }
+
     /// A number below `end`, as the upper half of a product of 128 bits.
     pub fn below(&mut self, end: usize) -> usize {
         ((u128::from(self.next()) * end as u128) >> 64) as usize
@@ -56,5 +61,6 @@ mod tests {
         let mut random = SplitMix64::new(1_234_567);
         assert_eq!(random.next(), 6_457_827_717_110_365_317);
         assert_eq!(random.next(), 3_203_168_211_198_807_973);
+        assert_eq!(u64::from(SplitMix64::new(1_234_567).bits()), 6_457_827_717_110_365_317 >> 32);
     }
 }

@@ -1,6 +1,7 @@
 //! The bytes behind a glTF's buffers: the binary part of a GLB, data URIs, and files that lie where they may.
 
 use super::document::Buffer;
+use crate::files::Given;
 use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::borrow::Cow;
@@ -19,6 +20,8 @@ pub(super) struct Loader<'a> {
     pub folder: Option<&'a Path>,
     /// Further folders in which buffers may lie.
     pub within: &'a [PathBuf],
+    /// Files to take in place of those of the disk.
+    pub given: Option<&'a Given>,
     /// The binary part of a GLB.
     pub binary: Option<&'a [u8]>,
 }
@@ -57,9 +60,14 @@ impl<'a> Loader<'a> {
         if files.contains(&path) {
             return Err(format!("`{uri}` is another buffer already; name each file once"));
         }
-        let bytes = read(&path, buffer.byte_length).map_err(|what| format!("`{uri}` {what}"))?;
+        let bytes = match self.given {
+            Some(given) => {
+                prefix(given.get(&path).unwrap_or_default(), buffer.byte_length).map(Cow::Borrowed)
+            }
+            None => read(&path, buffer.byte_length).map(Cow::Owned),
+        };
         files.push(path);
-        Ok(Cow::Owned(bytes))
+        bytes.map_err(|what| format!("`{uri}` {what}"))
     }
 
     /// The file that `uri` names, if it lies where it may.
@@ -74,6 +82,11 @@ impl<'a> Loader<'a> {
             decode_percent(uri).ok_or_else(|| format!("`{uri}` has a % that is not followed by UTF-8"))?;
         if has_scheme(uri) || name.contains('\\') {
             return Err(outside());
+        }
+        if let Some(given) = self.given {
+            let path = folder.join(&name);
+            let missing = || format!("`{uri}` is not among the files that were given");
+            return given.get(&path).map(|_| path).ok_or_else(missing);
         }
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let real =

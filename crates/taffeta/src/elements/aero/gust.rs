@@ -50,7 +50,7 @@ impl<T: Real> GustNow<T> {
         let key = |after: i64| {
             let number = (age.floor() as i64).wrapping_add(after) as u64;
             let mut random = SplitMix64::new(gust.seed.wrapping_add(number.wrapping_mul(STEP)));
-            (random.below(1 << 32) as u32).wrapping_sub(shift)
+            random.bits().wrapping_sub(shift)
         };
         let [before, after] = fade(age - age.floor());
         // Three numbers at a lattice point, each of mean square (VALUES² − 1)/12.

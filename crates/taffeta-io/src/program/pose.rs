@@ -1,4 +1,4 @@
-//! Poses: rigid motions as 4 × 4 matrices.
+//! Poses: rigid motions as the 4 × 4 matrices that programs have.
 
 use taffeta::Pose;
 use taffeta::glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
@@ -6,11 +6,19 @@ use taffeta::glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 /// How far the columns of a rotation may be from unit vectors that are perpendicular: what 32 bits leave of them.
 const ROUNDED: f64 = 1e-5;
 
-/// The pose that a matrix says, row by row.
+/// The pose that a matrix says, row by row; its last column is a shift [m].
+///
+/// ```
+/// use taffeta_io::program::pose;
+///
+/// let up = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.5], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+/// assert_eq!(pose::rigid(up), Ok(pose::shift([0.0, 0.5, 0.0])));
+/// assert!(pose::rigid([[2.0; 4]; 4]).is_err());
+/// ```
 ///
 /// # Errors
 /// What of it is not rigid.
-pub fn pose(rows: [[f64; 4]; 4]) -> Result<Pose, String> {
+pub fn rigid(rows: [[f64; 4]; 4]) -> Result<Pose, String> {
     if !rows.as_flattened().iter().all(|number| number.is_finite()) {
         return Err("a pose has a number that is not finite".to_owned());
     }
@@ -37,7 +45,7 @@ pub fn shift(translate: [f64; 3]) -> Pose {
     Pose { translate, ..Pose::default() }
 }
 
-/// The matrix of a rigid motion, row by row.
+/// The matrix of a rigid motion, row by row, with a shift [m] in its last column.
 pub fn matrix(motion: &DAffine3) -> [[f64; 4]; 4] {
     DMat4::from(*motion).transpose().to_cols_array_2d()
 }
