@@ -12,23 +12,19 @@ const inPackage = (...names) => path.join(here, "package", ...names);
 const wasm = inPackage("build", "taffeta_web_bg.wasm");
 
 const bin = (name) => path.join(here, "node_modules", ".bin", name);
-const features = ["simd", "bulk-memory", "nontrapping-float-to-int", "sign-ext", "mutable-globals", "reference-types", "multivalue"];
-const optimized = inPackage("build", "optimized.wasm");
-execFileSync(bin("wasm-opt"), ["-O3", ...features.map((one) => `--enable-${one}`), wasm, "-o", optimized], { stdio: "inherit" });
-
 // One module has it inside, packed: browsers unpack it while it is compiled.
-const packed = zlib.deflateRawSync(fs.readFileSync(optimized), { level: 9 });
+const packed = zlib.deflateRawSync(fs.readFileSync(wasm), { level: 9 });
 fs.writeFileSync(inPackage("build", "wasm.js"), `export default "${packed.toString("base64")}";\n`);
 fs.writeFileSync(inPackage("build", "wasm.d.ts"), "declare const wasm: string;\nexport default wasm;\n");
 
 fs.rmSync(inPackage("dist"), { recursive: true, force: true });
-const common = { bundle: true, format: "esm", target: "es2022", minify: true, legalComments: "none", logLevel: "warning" };
+const common = { bundle: true, format: "esm", target: "es2022", minifySyntax: true, minifyIdentifiers: true, legalComments: "none", logLevel: "warning" };
 await build({ ...common, entryPoints: [inPackage("src", "index.ts")], outfile: inPackage("dist", "taffeta.js") });
 await build({ ...common, entryPoints: [inPackage("src", "three.ts")], outfile: inPackage("dist", "three.js"), external: ["three"] });
 execFileSync(bin("tsc"), ["-p", inPackage()], { stdio: "inherit" });
 
 for (const name of ["LICENSE-APACHE", "LICENSE-MIT"]) fs.copyFileSync(path.join(here, "..", name), inPackage(name));
-const sizes = [["wasm", optimized], ["module", inPackage("dist", "taffeta.js")]].map(([name, file]) => {
+const sizes = [["wasm", wasm], ["module", inPackage("dist", "taffeta.js")]].map(([name, file]) => {
   const bytes = fs.readFileSync(file);
   return `${name} ${bytes.length} bytes, ${zlib.brotliCompressSync(bytes).length} in brotli`;
 });

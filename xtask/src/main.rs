@@ -18,6 +18,7 @@ mod shaders;
 mod speeds;
 mod test;
 mod vulkan;
+mod web;
 
 use std::process::ExitCode;
 
@@ -26,8 +27,9 @@ const USAGE: &str =
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
                     | faults [--program FILE] | shaders | speeds [--program FILE] | python | wheel
+                    | web [--serve]
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
-             --core leaves out Bevy, the papers and Python. A GPU is needed, in software if need be
+             --core leaves out Bevy, the papers, Python and the web. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
   models     fetch the bunny, armadillo, dragon and human into models/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
@@ -39,7 +41,8 @@ const USAGE: &str =
   shaders    write the page of what Mesa's compiler for AMD makes of every kernel; no GPU is needed
   speeds     run all benches and write the page of what they print, some five minutes on an idle machine
   python     build and test the Python package alone; Python of 3.10 or newer is needed, and pip
-  wheel      build the Python package for this machine into target/wheels, with pip's maturin";
+  wheel      build the Python package for this machine into target/wheels, with pip's maturin
+  web        build the npm package and its page into target/web; --serve shows the page. Node 20 is needed";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         ["speeds", ref words @ ..] => speeds::run(words),
         ["python"] => python::run(),
         ["wheel"] => python::wheel(),
+        ["web", ref words @ ..] => web::run(words),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

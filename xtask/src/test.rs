@@ -6,7 +6,7 @@ mod times;
 pub use built::{Built, build as build_with};
 
 use crate::program::cargo;
-use crate::{display, mutate, python, vulkan};
+use crate::{display, mutate, python, vulkan, web};
 use std::process::{Command, ExitCode, Stdio};
 use times::{Scope, Times};
 
@@ -15,8 +15,17 @@ use times::{Scope, Times};
 const PROFILE: [&str; 2] = ["--profile", "quick"];
 const ALL: [&str; 1] = ["--workspace"];
 /// The engine, its files and its program.
-pub const CORE: [&str; 7] =
-    ["--workspace", "--exclude", "bevy_taffeta", "--exclude", "taffeta-papers", "--exclude", "taffeta-py"];
+pub const CORE: [&str; 9] = [
+    "--workspace",
+    "--exclude",
+    "bevy_taffeta",
+    "--exclude",
+    "taffeta-papers",
+    "--exclude",
+    "taffeta-py",
+    "--exclude",
+    "taffeta-web",
+];
 
 /// What is tested, and the seed of the sample of planted faults.
 #[derive(Debug, PartialEq)]
@@ -75,6 +84,7 @@ fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
     }
     if !choice.core {
         times.part("python", || python::test(&built))?;
+        times.part("web", || web::test(&built))?;
     }
     times.part("planted faults", || mutate::sample(&built, choice.seed))?;
     times.part("documentation", || passes("documentation", built::linting(&with(&["test", "--doc"]))))

@@ -191,6 +191,25 @@ fn angle(y: f32, x: f32) -> f32 {
     if y < 0.0 { -angle } else { angle }
 }
 
+/// Length of (x, y), which are neither huge nor tiny, by operations that are exactly rounded everywhere: what systems have differs in
+/// the last bit. The root is corrected by what is left of its square, as Borges does (An improved algorithm for hypot(a, b), 2019).
+pub fn hypot(x: f64, y: f64) -> f64 {
+    let (x, y) = (x.abs(), y.abs());
+    let (long, short) = if x < y { (y, x) } else { (x, y) };
+    if short <= long * (0.25 * f64::EPSILON) {
+        return long + short;
+    }
+    let root = (long * long + short * short).sqrt();
+    let (a, b) = if root <= 2.0 * short {
+        let over = root - short;
+        (long * (2.0 * over - long), (over - 2.0 * (long - short)) * over)
+    } else {
+        let over = root - long;
+        (2.0 * over * (long - 2.0 * short), (4.0 * over - short) * short + over * over)
+    };
+    root - (a + b) / (2.0 * root)
+}
+
 /// The difference of two angles, by the shorter way round.
 #[inline(always)]
 pub fn wrap<T: Real>(angle: T) -> T {
@@ -278,6 +297,20 @@ pub fn norm<T: Real>(a: [T; 3]) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lengths_have_the_bits_that_they_always_had() {
+        assert_eq!(
+            [hypot(3.0, 4.0), hypot(-5.0, 0.0), hypot(0.0, 0.0), hypot(1e-20, 1.0)],
+            [5.0, 5.0, 0.0, 1.0]
+        );
+        // Where the root of the sum of squares is another number.
+        let bits = [(0.4, 0.1), (0.5, 0.2), (1.1, 0.4)].map(|(x, y): (f64, f64)| {
+            assert_eq!(hypot(x, y), hypot(y, -x));
+            hypot(x, y).to_bits()
+        });
+        assert_eq!(bits, [0x3fda_634b_d77f_e1a5, 0x3fe1_3b86_ea20_ae5c, 0x3ff2_ba3e_bdc9_a7e7]);
+    }
 
     #[test]
     fn angles_in_32_bits_are_within_three_units_of_the_last_place() {

@@ -4,7 +4,7 @@ import { initSync, Simulation as Raw, simd, version as rawVersion } from "../bui
 import wasm from "../build/wasm.js";
 import type { TaffetaError } from "./types.js";
 
-export { filesOf as rawFilesOf, panicForTest, Quantity } from "../build/taffeta_web.js";
+export { filesOf as rawFilesOf, Quantity } from "../build/taffeta_web.js";
 export { Raw };
 
 let started: Promise<void> | undefined;

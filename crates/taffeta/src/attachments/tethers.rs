@@ -1,5 +1,6 @@
 //! Geodesic distances along a surface from its nodes to pinned ones, and a search for the nearest position.
 
+use crate::real::hypot;
 use crate::topology::Csr;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -80,7 +81,7 @@ pub fn across(edge: f64, left: [f64; 2], right: [f64; 2]) -> Option<f64> {
     };
     let ((l, above), (r, below)) = (corner(left), corner(right));
     let crossing = l + (r - l) * above / (above + below);
-    (crossing > 0.0 && crossing < edge).then(|| (l - r).hypot(above + below))
+    (crossing > 0.0 && crossing < edge).then(|| hypot(l - r, above + below))
 }
 
 /// Positions in cells of the size of a reach.

@@ -5,7 +5,7 @@ use crate::assembly::body::{BodyAssembly, BodySprings};
 use crate::contact::nodes::cells::Cells;
 use crate::contact::nodes::pair::{ContactMaterial, combine_materials};
 use crate::contact::nodes::self_contact::{Exclusions, GAP, SelfContact};
-use crate::real::{norm, sub};
+use crate::real::{hypot, norm, sub};
 use crate::scene::{Scene, SceneError, SelfCollision, plain};
 use crate::topology::{Csr, measure};
 use std::cmp::Reverse;
@@ -100,7 +100,7 @@ fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<
     let (high, wide) = (high as i32, wide as i32);
     let is_excluded = |way: [i32; 2]| {
         let edge = way[0].abs() <= 1 && way[1].abs() <= 1;
-        let near = (f64::from(way[0]) * down).hypot(f64::from(way[1]) * across) < reach;
+        let near = hypot(f64::from(way[0]) * down, f64::from(way[1]) * across) < reach;
         edge || near || springs.contains(&way) || springs.contains(&way.map(|n| -n))
     };
     let ways = (-high..=high).flat_map(|row| (-wide..=wide).map(move |col| [row, col]));

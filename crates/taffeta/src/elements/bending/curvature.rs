@@ -5,6 +5,8 @@
 //! stiff. The *fit* is the quadratic surface with these folds. Its energy is right for every constant curvature, but it finds ways to
 //! give way: sheets are too soft. Their mean is what is used.
 
+use crate::real::hypot;
+
 /// Places in the plane of a triangle, by warp and weft [m].
 type Point = [f64; 2];
 
@@ -69,7 +71,7 @@ impl Side {
     pub fn new(corners: [Point; 3], e: usize, across: Across) -> Self {
         let [own, from, to] = [0, 1, 2].map(|step| corners[(e + step) % 3]);
         let along = sub(to, from);
-        let length = along[0].hypot(along[1]);
+        let length = hypot(along[0], along[1]);
         let normal = [along[1] / length, -along[0] / length];
         let sign = if dot(normal, sub(own, from)) > 0.0 { -1.0 } else { 1.0 };
         Self { corners, own, ends: [from, to], length, normal: normal.map(|c| sign * c), across }
