@@ -34,5 +34,14 @@ part("the tarball where nothing else is", () => {
   const options = ["--strict", "--noEmit", "--module", "nodenext", "--target", "es2022", "--skipLibCheck", "--noUncheckedIndexedAccess"];
   run(path.join(web, "node_modules", ".bin", "tsc"), [...options, "types.ts"], user);
 });
+part("examples of the guide", () => {
+  const guide = fs.readFileSync(path.join(web, "..", "docs", "web.md"), "utf8");
+  const examples = [...guide.matchAll(/^```js\n(.*?)^```/gms)].map(([, code]) => code);
+  if (examples.length === 0) throw new Error("docs/web.md has no examples");
+  examples.forEach((code, index) => {
+    fs.writeFileSync(path.join(user, `example${index}.mjs`), code);
+    run("node", [`example${index}.mjs`], user);
+  });
+});
 part("a browser", () => run("node", ["tests/browser.mjs", program, user]));
 fs.rmSync(user, { recursive: true });

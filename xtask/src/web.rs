@@ -43,7 +43,10 @@ pub fn test(built: &Built) -> Result<(), String> {
     }
     build()?;
     let mut tests = node(&["tests/run.mjs"]);
-    tests.arg(program).arg(packed()?).env("TAFFETA_CHROMIUM", tools::browser().unwrap_or_default());
+    tests.arg(program).arg(packed()?);
+    tests
+        .env("TAFFETA_CHROMIUM", tools::browser().unwrap_or_default())
+        .env("TAFFETA_SITE", folder()?.join("site"));
     done(&mut tests, "its tests")
 }
 

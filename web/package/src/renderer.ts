@@ -47,7 +47,11 @@ void main() {
   float size = length(up);
   vec3 n = size > 0.0 ? up / size : vec3(0.0, 1.0, 0.0);
   vec3 view = normalize(eye - at);
-  if (dot(n, view) < 0.0) n = -n;
+  if (dot(n, view) < 0.0) {
+    // From inside of the ground one sees out.
+    if (fade > 0.0) discard;
+    n = -n;
+  }
   float direct = max(dot(n, sun), 0.0) * lit();
   float ambient = mix(0.32, 0.62, 0.5 + 0.5 * n.y);
   float sheen = 0.25 * pow(1.0 - max(dot(n, view), 0.0), 3.0);
