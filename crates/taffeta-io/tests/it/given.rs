@@ -18,7 +18,7 @@ area_density = 0.1
 
 [[collider]]
 mesh.file = 'rest.obj'
-poses = { file = 'poses.pc2', times = [0.0, 1.0] }
+poses = { file = 'poses.pc2', interval = 1.0 }
 ";
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nf 1 3 2\nf 2 3 4\n";
 const SAIL: &str = r#"{"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
