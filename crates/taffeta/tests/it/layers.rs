@@ -35,9 +35,9 @@ fn puff(name: &str, height: f64) -> Body {
 fn crowd() -> Scene {
     let turning = Keyframe::rotate(0.5, [0.1, 0.9, 0.2], 70.0, [0.0; 3]);
     Scene::new("crowd")
-        .body(sheet("first", 0.3).collide_nodes(0.02).layers(layers([1], [1, 4])))
-        .body(sheet("second", 0.31).collide_nodes(0.02).layers(layers([2], [2, 4])))
-        .body(puff("third", 0.35).collide_nodes(0.03).layers(layers([3], [3, 4])))
+        .body(sheet("first", 0.262).collide_nodes(0.02).layers(layers([1], [1, 4])))
+        .body(sheet("second", 0.27).collide_nodes(0.02).layers(layers([2], [2, 4])))
+        .body(puff("third", 0.285).collide_nodes(0.03).layers(layers([3], [3, 4])))
         .collider(Collider::sphere([0.0, 0.1, 0.0], 0.15).friction(0.4).layers(layers([1], [1])))
         .collider(
             Collider::cuboid([0.0, -0.1, 0.0], [0.2, 0.05, 0.1]).layers(layers([2], [2])).keyframe(turning),
@@ -45,7 +45,7 @@ fn crowd() -> Scene {
         .collider(Collider::mesh(ball(0.12, 2)).layers(layers([3], [3])))
         .collider(Collider::plane([0.0, -0.2, 0.0], [0.05, 1.0, 0.0]).layers(layers([4], [1, 2, 3])))
         .friction_between("second", "collider3", 0.05)
-        .time(0.01, 5e-4)
+        .time(0.01, 1e-3)
 }
 
 /// A scene with one of its bodies alone, and the colliders that this meets.
@@ -98,11 +98,11 @@ fn is_as_alone(scene: &Scene, frames: u32, start: impl Fn(&Scene) -> Simulation)
 #[test]
 fn who_does_not_meet_moves_as_if_the_other_were_not_there() {
     for (precision, threads) in [(Precision::F32, 1), (Precision::F32, 3), (Precision::F64, 2)] {
-        let most = is_as_alone(&crowd(), 40, |scene| build_as(scene, precision, threads));
-        assert!(most > 300, "{most}");
+        let most = is_as_alone(&crowd(), 25, |scene| build_as(scene, precision, threads));
+        assert!(most > 100, "{most}");
     }
-    let most = is_as_alone(&crowd(), 25, on_gpu);
-    assert!(most > 100, "{most}");
+    let most = is_as_alone(&crowd(), 8, on_gpu);
+    assert!(most > 20, "{most}");
 }
 
 #[test]
@@ -113,11 +113,11 @@ fn the_same_where_springs_are_constraints() {
         let mut scene = crowd().method(method).time(0.01, 2.5e-3);
         scene.solver.ice.form = form.unwrap_or_default();
         scene.bodies.iter_mut().for_each(|body| body.self_collision = None);
-        let most = is_as_alone(&scene, 30, |scene| build_as(scene, Precision::F64, 2));
-        assert!(most > 100, "{form:?}: {most}");
+        let most = is_as_alone(&scene, 15, |scene| build_as(scene, Precision::F64, 2));
+        assert!(most > 50, "{form:?}: {most}");
         if form.is_some() {
-            let most = is_as_alone(&scene, 25, on_gpu);
-            assert!(most > 50, "{form:?}: {most}");
+            let most = is_as_alone(&scene, 8, on_gpu);
+            assert!(most > 20, "{form:?}: {most}");
         }
     }
 }
@@ -131,7 +131,7 @@ fn stacked(lower: Layers, upper: Layers, form: ContactForm) -> Scene {
     Scene::new("stacked")
         .body(touching("lower", 0.0, lower))
         .body(touching("upper", 0.015, upper))
-        .time(0.01, 5e-4)
+        .time(0.01, 1e-3)
 }
 
 #[test]
@@ -150,8 +150,10 @@ fn two_bodies_meet_if_each_is_in_a_layer_that_the_other_meets() {
             (all, layers([0], []), false),
         ] {
             let scene = stacked(lower, upper, form);
-            for mut simulation in [build_as(&scene, Precision::F64, 2), on_gpu(&scene)] {
-                run(&mut simulation, 5);
+            // Devices are given the lists alone.
+            let device = (upper == other).then(|| on_gpu(&scene));
+            for mut simulation in [Some(build_as(&scene, Precision::F64, 2)), device].into_iter().flatten() {
+                run(&mut simulation, 2);
                 let all = positions(&simulation);
                 let gap = sub(all[all.len() / 2 + 200], all[200])[1];
                 assert_eq!((gap - 0.015).abs() > 1e-5, meet, "{form:?}, {lower:?}, {upper:?}: {gap}");
@@ -167,11 +169,11 @@ fn through() -> Scene {
     let below = turned([0.0, 1.0, 0.0], 20.0, [0.1, -0.08, 0.1]);
     let table = || Collider::cuboid([0.0; 3], [0.1, 0.03, 0.1]).offset(0.004);
     Scene::new("through")
-        .body(touching("falls", 0.15).layers(layers([0], [0])))
+        .body(touching("falls", 0.075).moving([0.0, -2.0, 0.0]).layers(layers([0], [0])))
         .body(touching("lies", 0.05).layers(layers([1], [1])))
         .collider(table().layers(layers([1], [1])))
         .collider(Collider::mesh(ball(0.05, 2)).placed(below).layers(layers([1], [1])))
-        .time(0.01, 5e-4)
+        .time(0.01, 1e-3)
 }
 
 #[test]
@@ -180,14 +182,14 @@ fn triangles_go_through_those_of_what_they_do_not_meet() {
     let starts: [fn(&Scene) -> Simulation; 2] = [|scene| build_as(scene, Precision::F64, 2), on_gpu];
     for start in starts {
         let (mut both, mut alone) = (start(&through()), start(&free));
-        for _ in 0..30 {
+        for _ in 0..10 {
             run(&mut both, 1);
             run(&mut alone, 1);
             assert!(states(&both)[0] == states(&alone)[0]);
             assert_eq!(both.intersections().pairs, 0, "{:?}", both.intersections().first);
         }
         let [fell, lies] = [0, 1].map(|body| states(&both)[body][0][11 * 23 + 11][1]);
-        assert!(fell < -0.2 && lies > 0.03, "{fell} {lies}");
+        assert!(fell < -0.14 && lies > 0.03, "{fell} {lies}");
     }
     // They do pass through each other.
     let mut scene = through();
@@ -203,7 +205,7 @@ fn triangles_go_through_those_of_what_they_do_not_meet() {
 #[test]
 fn a_start_within_what_is_not_met_is_no_reason_to_warn() {
     let within = |layers| {
-        let scene = Scene::new("within").time(0.01, 5e-4);
+        let scene = Scene::new("within").time(0.01, 1e-3);
         let scene = scene
             .body(sheet("sheet", 0.0).layers(layers))
             .collider(Collider::sphere([0.0; 3], 0.2).layers(Layers::new([3], [3])));
