@@ -83,11 +83,22 @@ fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
         times.part(&program.name(), || passes(&program.name(), program.command()))?;
     }
     if !choice.core {
-        times.part("python", || python::test(&built))?;
-        times.part("web", || web::test(&built))?;
+        times.part("python and web", || beside(|| python::test(&built), || web::test(&built)))?;
     }
     times.part("planted faults", || mutate::sample(&built, choice.seed))?;
     times.part("documentation", || passes("documentation", built::linting(&with(&["test", "--doc"]))))
+}
+
+/// Does two works at once that need one core each. Each ends by itself, whatever the other comes to.
+fn beside(
+    one: impl FnOnce() -> Result<(), String>,
+    other: impl FnOnce() -> Result<(), String> + Send,
+) -> Result<(), String> {
+    let (one, other) = std::thread::scope(|scope| {
+        let other = scope.spawn(other);
+        (one(), other.join().unwrap_or_else(|_| Err("it panicked".to_owned())))
+    });
+    one.and(other)
 }
 
 /// Builds all programs of tests of these packages.
