@@ -1,4 +1,4 @@
-use crate::scene::Select;
+use crate::scene::{Body, Select};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -103,6 +103,14 @@ impl Default for Closing {
 pub struct Tethers {
     /// Share of that way that they may go farther.
     pub slack: f64,
+}
+
+impl Body {
+    /// Keeps free nodes as near to held ones as the way along the surface is long, and a share `slack` of it more.
+    pub fn tether(mut self, slack: f64) -> Self {
+        self.tethers = Some(Tethers { slack });
+        self
+    }
 }
 
 impl SeamSide {

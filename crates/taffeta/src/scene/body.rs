@@ -579,12 +579,6 @@ impl Body {
         self
     }
 
-    /// Keeps free nodes as near to held ones as the way along the surface is long, and a share `slack` of it more.
-    pub fn tether(mut self, slack: f64) -> Self {
-        self.tethers = Some(Tethers { slack });
-        self
-    }
-
     /// The mass, if it is given in exactly one way.
     pub fn mass_given(&self) -> Option<Mass> {
         match (self.node_mass, self.mass, self.area_density, self.density) {
