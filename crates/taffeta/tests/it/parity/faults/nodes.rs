@@ -22,7 +22,6 @@ pub const FAULTS: &[Fault] = &[
     ("volume_particles", "resolve_contact(place, ", "resolve_contact(0u, "),
     ("contact_all", "select(low, middle, is_before)", "select(middle, low, is_before)"),
     ("contact_all", ".kind <= place", ".kind < place"),
-    ("contact_all", "high > 0u && list > 0u", "high > 0u"),
     ("contact_all", "select(count, number, has_own)", "count"),
     (
         "contact_all",
