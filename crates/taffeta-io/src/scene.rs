@@ -16,7 +16,7 @@ mod words;
 pub use advice::{hint, key_of};
 pub use files::read_pairs;
 pub use poses::read_poses;
-pub use source::{LoadError, Place, SceneSource};
+pub use source::{LoadError, Place, SceneSource, UNWRITTEN};
 
 use crate::files::Given;
 use crate::mesh::MeshFormat;

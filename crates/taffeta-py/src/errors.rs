@@ -4,8 +4,8 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use taffeta::{Advice, BuildError, Diverged, InputError, StepError};
+use taffeta_io::LoadError;
 use taffeta_io::scene::{hint, key_of};
-use taffeta_io::{LoadError, Place};
 
 /// What went wrong, before it is an exception.
 #[derive(Debug)]
@@ -38,20 +38,10 @@ impl Failure {
 
     /// Why a scene was not loaded. `written` says whether the user has written the text, so that its lines say something.
     pub fn load(error: LoadError, written: bool) -> Self {
-        match &error.place {
-            Place::At { file, line, column } if written || file != UNWRITTEN => {
-                let place = Some((file.clone(), *line, *column));
-                Self::Scene { message: error.to_string(), place }
-            }
-            Place::File(file) if !written && file == UNWRITTEN => Self::scene(error.message),
-            Place::At { .. } => Self::scene(error.message),
-            _ => Self::scene(error.to_string()),
-        }
+        let (message, place) = error.placed(written);
+        Self::Scene { message, place }
     }
 }
-
-/// What scenes are called that were not written as text.
-pub const UNWRITTEN: &str = "scene";
 
 /// What is said, and how to follow the advice in Python.
 pub fn advised(message: impl std::fmt::Display, advice: &[Advice]) -> String {

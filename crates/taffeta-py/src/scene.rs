@@ -1,14 +1,14 @@
 //! From what the Python class `Scene` holds to a scene of the engine.
 
 use crate::document::{self, Document};
-use crate::errors::{Failure, UNWRITTEN, advised, argument, guarded};
+use crate::errors::{Failure, advised, argument, guarded};
 use crate::mesh::{self, Given};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use taffeta::BuildError;
 use taffeta_io::program::short_of_memory;
-use taffeta_io::scene::hint;
+use taffeta_io::scene::{UNWRITTEN, hint};
 use taffeta_io::{Loaded, load_files, parse_scene, read_scene};
 
 /// What the Python class has of a scene: a text that the user wrote, or a dict.

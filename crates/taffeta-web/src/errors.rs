@@ -2,12 +2,9 @@
 
 use crate::object::Object;
 use taffeta::{Advice, BuildError, Diverged, InputError, StepError};
+use taffeta_io::LoadError;
 use taffeta_io::scene::{hint, key_of};
-use taffeta_io::{LoadError, Place};
 use wasm_bindgen::JsValue;
-
-/// What scenes are called that were not written as text.
-pub const UNWRITTEN: &str = "scene";
 
 /// What went wrong, before it is an `Error`.
 #[derive(Debug)]
@@ -36,15 +33,8 @@ impl Failure {
 
     /// Why a scene was not loaded. `written` says whether the user has written the text, so that its lines say something.
     pub fn load(error: LoadError, written: bool) -> Self {
-        match &error.place {
-            Place::At { file, line, column } if written || file != UNWRITTEN => {
-                let place = Some((file.clone(), *line, *column));
-                Self::Scene { message: error.to_string(), place }
-            }
-            Place::File(file) if !written && file == UNWRITTEN => Self::scene(error.message),
-            Place::At { .. } => Self::scene(error.message),
-            _ => Self::scene(error.to_string()),
-        }
+        let (message, place) = error.placed(written);
+        Self::Scene { message, place }
     }
 }
 

@@ -1,11 +1,11 @@
 //! From TOML or an object to a scene of the engine.
 
 use crate::document::Document;
-use crate::errors::{Failure, UNWRITTEN, option};
+use crate::errors::{Failure, option};
 use crate::mesh;
 use js_sys::Uint8Array;
 use taffeta::{BuildError, Options, Simulation};
-use taffeta_io::scene::hint;
+use taffeta_io::scene::{UNWRITTEN, hint};
 use taffeta_io::{Given, Loaded, load_given, parse_scene};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -74,8 +74,7 @@ impl<'a> Folders<'a> {
         }
         if let Some(given) = self.given {
             let path = PathBuf::from(name);
-            let names = given.names();
-            let missing = || match &names[..] {
+            let missing = || match &given.names()[..] {
                 [] => Unusable::Missing(format!("`{name}` was not given, nor any other file")),
                 some => {
                     Unusable::Missing(format!("`{name}` is not among the files given: {}", some.join(", ")))

@@ -27,6 +27,31 @@ pub struct LoadError {
     pub message: String,
 }
 
+/// What scenes are called that were not written as text, as an object of Python or JavaScript.
+pub const UNWRITTEN: &str = "scene";
+
+impl LoadError {
+    /// What is wrong in words, and the file, line and column where it was written. In a scene that was not `written` as text, and is
+    /// called [`UNWRITTEN`], they say nothing.
+    ///
+    /// ```
+    /// use taffeta_io::parse_scene;
+    ///
+    /// let error = parse_scene("[tim]", "flag.toml", &[]).unwrap_err();
+    /// assert_eq!(error.placed(true).1, Some(("flag.toml".to_owned(), 1, 2)));
+    /// ```
+    pub fn placed(self, written: bool) -> (String, Option<(String, usize, usize)>) {
+        match &self.place {
+            Place::At { file, line, column } if written || file != UNWRITTEN => {
+                (self.to_string(), Some((file.clone(), *line, *column)))
+            }
+            Place::File(file) if written || file != UNWRITTEN => (self.to_string(), None),
+            Place::At { .. } | Place::File(_) => (self.message, None),
+            Place::Set(_) => (self.to_string(), None),
+        }
+    }
+}
+
 /// Where a mistake was written.
 ///
 /// ```
