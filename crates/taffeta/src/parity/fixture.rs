@@ -354,7 +354,7 @@ impl Fixture {
         arrays
     }
 
-    /// What kernels are told when they are made.
+    /// Constants that kernels are made with.
     pub fn overrides(&self) -> [(&'static str, f64); 3] {
         let has_layers = u32::from(self.tables.self_collision.has_layers);
         let differ = self.cpu.assembly().lists_differ() as u32;
@@ -365,12 +365,15 @@ impl Fixture {
         ]
     }
 
-    fn met(&self, substep: &plan::Substep<f32>) -> (Vec<Collider>, u32) {
-        self.meshes.0.records(substep.met_colliders(), &(0..self.tables.len()))
+    /// Records of colliders in each sub-step, and how many ranges of places have a list.
+    fn all_met(&self) -> Vec<(Vec<Collider>, u32)> {
+        let places = 0..self.tables.len();
+        let met = |substep: &plan::Substep<f32>| self.meshes.0.records(substep.met_colliders(), &places);
+        self.substeps.iter().map(met).collect()
     }
 
     fn colliders(&self) -> Vec<Collider> {
-        self.substeps.iter().flat_map(|substep| self.met(substep).0).collect()
+        self.all_met().into_iter().flat_map(|(all, _)| all).collect()
     }
 
     /// Where corners of colliders go in each sub-step.
@@ -399,13 +402,13 @@ impl Fixture {
         let sum = |count: &dyn Fn(&plan::Substep<f32>) -> usize, index: usize| -> u32 {
             self.substeps[..index].iter().map(count).sum::<usize>() as u32
         };
-        let corners = self.corners();
+        let (corners, met) = (self.corners(), self.all_met());
         let record = |(index, substep): (usize, &plan::Substep<f32>)| Substep {
             gravity: world.gravity.map(|c| c as f32),
             h: substep.h,
             wind: world.wind_force.map(|c| c as f32),
             drag: world.drag as f32,
-            first_collider: sum(&|s| self.met(s).0.len(), index),
+            first_collider: met[..index].iter().map(|(all, _)| all.len() as u32).sum(),
             colliders: substep.colliders().len() as u32,
             first_motion: sum(&|s| s.motions().len(), index),
             first_scale: sum(&|s| s.scales().len(), index),
@@ -423,7 +426,7 @@ impl Fixture {
             corner_parts: corners[index].parts,
             longest_push: corners[index].longest_push,
             led_out: NONE,
-            collider_ranges: self.met(substep).1,
+            collider_ranges: met[index].1,
             longest_step: substep.longest,
             pins_may_lag: substep.pins_may_lag.into(),
             padding: 0,

@@ -88,6 +88,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("find_self_contacts", "vec4u(all.b.w, all.c.xyz)", "vec4u(0u, all.c.xyz)"),
     ("find_self_contacts", "fraction < nearest)", "fraction > nearest)"),
+    ("find_self_contacts", "NONE, number == NONE || are_odd(x)", "NONE, are_odd(x)"),
     ("resolve_self_contacts", "select(-1.0, 1.0, node == a)", "1.0"),
     (
         "resolve_self_contacts",
