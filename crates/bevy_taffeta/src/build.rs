@@ -9,6 +9,7 @@ use crate::pose::{Rigid, place_in_world};
 use crate::running::{Carried, Running, RunningBody, RunningCollider};
 use crate::scene::FromScene;
 use crate::step::{DivergenceMessages, Refused};
+use crate::track::Track;
 use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
 use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
@@ -246,7 +247,7 @@ impl Plan<'_, '_, '_> {
             timing: old.map(|old| old.timing.clone()).unwrap_or_default(),
             bodies,
             colliders,
-            left: old.map_or(0.0, |old| old.left),
+            ahead: old.map_or(0.0, |old| old.ahead),
             share: 1.0,
             unreported: 0,
             frozen: Vec::new(),
@@ -264,24 +265,26 @@ impl Plan<'_, '_, '_> {
         Scene { time, world, solver, sleep, forces, seams, frictions, ..Scene::default() }
     }
 
-    /// Adds colliders to the scene. One that follows keyframes has left the place that these count from.
+    /// Adds colliders to the scene. One that follows keyframes has left the place that these count from, and another one goes on from
+    /// where its last step ended.
     fn colliders(&self, scene: &mut Scene, old: Option<&Running>) -> Vec<RunningCollider> {
         let before = old.map_or(&[][..], |old| &old.colliders);
         let add = |one: ColliderDataItem| {
             let mut collider = one.collider.0.clone();
             let keyed = !collider.motion.is_empty();
-            let was = before.iter().find(|was| keyed && was.keyed && was.entity == one.entity);
-            let start = was.map_or(Rigid::of(one.transform), |was| was.start);
-            let from = was.map_or(*one.transform, |was| {
-                let (scale, ..) = one.transform.to_scale_rotation_translation();
-                was.start.transform(scale).into()
+            let was = before.iter().find(|was| was.keyed == keyed && was.entity == one.entity);
+            let now = Rigid::of(one.transform);
+            let track = was.map_or(Track::new(now, now), |was| {
+                if keyed { Track::new(was.track.start, was.track.start) } else { was.track.restarted() }
             });
+            let (scale, ..) = one.transform.to_scale_rotation_translation();
+            let from = was.map_or(*one.transform, |_| track.start.transform(scale).into());
             collider.place = place_in_world(&from, &collider.place);
             if let Some(name) = one.name {
                 collider.name = name.to_string();
             }
             scene.colliders.push(collider);
-            RunningCollider { entity: one.entity, start, last: start, keyed, shown: None }
+            RunningCollider { entity: one.entity, track, keyed, shown: None }
         };
         self.entities.colliders.iter_many(&self.members.colliders).map(add).collect()
     }
@@ -308,10 +311,10 @@ impl Plan<'_, '_, '_> {
             let by = pinned.by.and_then(|by| Some((by, Rigid::of(self.entities.transforms.get(by).ok()?))));
             if let Some((by, now)) = by {
                 let same = |one: &&Carried| one.pin == index && one.by == by;
-                let start =
-                    before.and_then(|before| before.carried.iter().find(same)).map_or(now, |one| one.start);
-                pin.motion = vec![now.since(&start).keyframe()];
-                carried.push(Carried { pin: index, by, start, last: now });
+                let track = before.and_then(|before| before.carried.iter().find(same)).map(|one| one.track);
+                let track = track.unwrap_or(Track::new(now, now));
+                pin.motion = vec![track.last.since(&track.start).keyframe()];
+                carried.push(Carried { pin: index, by, track });
             }
             described.pins.push(pin);
         }

@@ -182,7 +182,7 @@ pub fn show_shapes(
             one.shown = Some(now);
             // The engine's nodes are in the world, where the entity was when the simulation was built.
             let (scale, ..) = transform.to_scale_rotation_translation();
-            let back = one.start.transform(scale).compute_affine().inverse();
+            let back = one.track.start.transform(scale).compute_affine().inverse();
             let local = |node: &[f64; 3]| back.transform_point3(vec3(*node)).to_array();
             mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, nodes.iter().map(local).collect::<Vec<_>>());
             mesh.compute_area_weighted_normals();

@@ -29,7 +29,9 @@
 //! again and going on from where bodies are. An entity that is despawned, or spawned, leaves or joins it likewise. Removing
 //! [`Running`] starts a world again.
 //!
-//! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.
+//! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last. The last one ends at Bevy's clock or up to a step later, and
+//! bodies are drawn between the last two, as they are at the clock. Entities that carry pins or are colliders are followed to where
+//! they will be at the end of the step if they go on as they went: what they carry is drawn where they are, not behind them.
 //! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is said by the messages [`Frozen`], [`Diverged`]
 //! and [`Refused`], in the engine's words; what they advise is data, and the log names the component to change.
 
@@ -45,6 +47,7 @@ mod running;
 mod scene;
 mod shared;
 mod step;
+mod track;
 mod world;
 
 pub use body::{BodyPlace, BodyVelocity, Cloth, Pinned, Pins, SoftBody, SoftMaterial};

@@ -1,7 +1,7 @@
 //! A simulation that runs, and which entities its bodies and colliders are.
 
 use crate::drawn::BodyMesh;
-use crate::pose::Rigid;
+use crate::track::Track;
 use bevy::prelude::*;
 use taffeta::scene::Scene;
 use taffeta::{BodyHandle, Simulation, View};
@@ -37,8 +37,8 @@ pub struct Running {
     pub(crate) timing: Timing,
     pub(crate) bodies: Vec<RunningBody>,
     pub(crate) colliders: Vec<RunningCollider>,
-    /// Time that has gone by and was not simulated yet [s].
-    pub(crate) left: f64,
+    /// Time by which it is ahead of Bevy's clock [s].
+    pub(crate) ahead: f64,
     /// Share of the way between the last two states that is drawn.
     pub(crate) share: f32,
     /// Frames since the last report.
@@ -131,19 +131,13 @@ pub struct Carried {
     /// Which of the body's pins.
     pub pin: usize,
     pub by: Entity,
-    /// Where the entity was when it took them.
-    pub start: Rigid,
-    /// Where it had brought them by the last frame.
-    pub last: Rigid,
+    pub track: Track,
 }
 
 /// A collider of it.
 pub struct RunningCollider {
     pub entity: Entity,
-    /// Where the entity was when the simulation was built.
-    pub start: Rigid,
-    /// Where it was at the last frame.
-    pub last: Rigid,
+    pub track: Track,
     /// Whether the scene moves it, and the entity follows.
     pub keyed: bool,
     /// The frame, and the share of it, that its mesh was brought to last, where poses change its shape.

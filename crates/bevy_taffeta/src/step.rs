@@ -101,8 +101,10 @@ pub fn step(
         if running.halted {
             continue;
         }
-        let frames = running.due(&mut playback, time.delta_secs_f64());
-        let taken = running.take(frames, on, &transforms);
+        let seconds = time.delta_secs_f64() * if playback.paused { 0.0 } else { playback.speed.max(0.0) };
+        running.look(seconds, &transforms);
+        let frames = running.due(&mut playback, seconds);
+        let taken = running.take(frames, on);
         messages.write(world, &mut running, taken);
     }
 }
@@ -133,35 +135,43 @@ impl DivergenceMessages<'_> {
 }
 
 impl Running {
-    /// The number of frames that are due after `seconds` of Bevy's clock.
+    /// Sees where the entities are that colliders and pins follow, `seconds` of its time after it was asked last.
+    fn look(&mut self, seconds: f64, transforms: &Query<&GlobalTransform>) {
+        let colliders = self.colliders.iter_mut().filter(|one| !one.keyed);
+        let colliders = colliders.map(|one| (one.entity, &mut one.track));
+        let carried = self.bodies.iter_mut().flat_map(|body| &mut body.carried);
+        for (entity, track) in colliders.chain(carried.map(|one| (one.by, &mut one.track))) {
+            // One that is despawned stands where it was.
+            let now = transforms.get(entity).map_or(track.seen(), Rigid::of);
+            track.see(now, seconds);
+        }
+    }
+
+    /// The number of frames that are due after `seconds` more. The last one ends at Bevy's clock or later, so that nothing is drawn
+    /// that is older than the clock.
     fn due(&mut self, playback: &mut Playback, seconds: f64) -> u32 {
         if playback.paused {
             let frames = playback.single_frames.min(playback.most_frames.max(1));
             if frames > 0 {
                 playback.single_frames -= frames;
                 // A single frame is to be seen whole.
-                (self.left, self.share) = (0.0, 1.0);
+                (self.ahead, self.share) = (0.0, 1.0);
             }
             return frames;
         }
         let dt = self.simulation.dt();
-        self.left += seconds * playback.speed.max(0.0);
-        let due = (self.left / dt + EARLY).floor();
+        self.ahead -= seconds;
+        let due = (-self.ahead / dt - EARLY).ceil().max(0.0);
         let frames = due.min(f64::from(playback.most_frames));
-        self.left = if frames < due { 0.0 } else { self.left - due * dt };
-        self.share = (self.left / dt).clamp(0.0, 1.0) as f32;
+        self.ahead = if frames < due { 0.0 } else { self.ahead + due * dt };
+        self.share = (1.0 - self.ahead / dt).clamp(0.0, 1.0) as f32;
         frames as u32
     }
 
-    /// Takes some frames, through which colliders and pins go evenly to where their entities are.
-    fn take(
-        &mut self,
-        frames: u32,
-        on: &RunOn,
-        transforms: &Query<&GlobalTransform>,
-    ) -> Result<(), StepError> {
+    /// Takes some frames, through which colliders and pins go evenly to where their entities will be at the end.
+    fn take(&mut self, frames: u32, on: &RunOn) -> Result<(), StepError> {
         for frame in 0..frames {
-            self.follow(1.0 / f64::from(frames - frame), transforms);
+            self.follow(1.0 / f64::from(frames - frame));
             self.one_frame(on)?;
             if !self.shared && frame + 2 >= frames {
                 self.simulation.fetch()?;
@@ -192,27 +202,21 @@ impl Running {
     }
 
     /// Sends colliders and pins a share of the way that is left to their entities.
-    fn follow(&mut self, share: f64, transforms: &Query<&GlobalTransform>) {
+    fn follow(&mut self, share: f64) {
+        let (ahead, simulation) = (self.ahead, &mut self.simulation);
         let refused = |error: InputError| warn_once!("taffeta: {error}");
         for (index, one) in self.colliders.iter_mut().enumerate().filter(|(_, one)| !one.keyed) {
-            let Ok(now) = transforms.get(one.entity).map(Rigid::of) else { continue };
-            if now != one.last {
-                one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
-                let pose = one.last.since(&one.start).pose();
-                self.simulation
-                    .move_collider(self.simulation.colliders()[index].handle, pose)
-                    .unwrap_or_else(refused);
+            if let Some(way) = one.track.follow(share, ahead) {
+                let collider = simulation.colliders()[index].handle;
+                simulation.move_collider(collider, way.pose()).unwrap_or_else(refused);
             }
         }
         for (index, running) in self.bodies.iter_mut().enumerate() {
-            let body = self.simulation.bodies()[index].handle;
+            let body = simulation.bodies()[index].handle;
             for one in &mut running.carried {
-                let Ok(now) = transforms.get(one.by).map(Rigid::of) else { continue };
-                if now != one.last {
-                    one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
-                    let pose = one.last.since(&one.start).pose();
-                    let pin = self.simulation.pin(body, one.pin);
-                    pin.and_then(|pin| self.simulation.move_pin(pin, pose)).unwrap_or_else(refused);
+                if let Some(way) = one.track.follow(share, ahead) {
+                    let pin = simulation.pin(body, one.pin);
+                    pin.and_then(|pin| simulation.move_pin(pin, way.pose())).unwrap_or_else(refused);
                 }
             }
         }
@@ -249,7 +253,7 @@ pub fn show_colliders(
             let parent = transforms.get(one.entity).ok().and_then(|(.., parent)| parent.map(ChildOf::parent));
             let parent = parent.and_then(|parent| transforms.get(parent).ok().map(|(_, global, _)| *global));
             let Ok((mut local, mut global, _)) = transforms.get_mut(one.entity) else { continue };
-            let moved = pose.after(&one.start).transform(global.to_scale_rotation_translation().0);
+            let moved = pose.after(&one.track.start).transform(global.to_scale_rotation_translation().0);
             let now = GlobalTransform::from(moved);
             if *global != now {
                 *global = now;

@@ -1,0 +1,149 @@
+//! Entities that colliders and pins follow, and where they will be at the end of a step.
+
+use crate::pose::Rigid;
+use bevy::math::{DQuat, DVec3};
+
+/// An entity that something follows.
+#[derive(Clone, Copy)]
+pub struct Track {
+    /// Where the entity was when it was followed first.
+    pub start: Rigid,
+    /// Where it had brought what follows it by the last step.
+    pub last: Rigid,
+    /// Where it was seen last.
+    seen: Rigid,
+    /// Time since it was seen to move, and the time that its last move took [s].
+    since: f64,
+    took: f64,
+    /// How fast it goes, by its last two moves.
+    rates: [Rate; 2],
+}
+
+/// Linear [m/s] and angular velocity [rad/s].
+#[derive(Clone, Copy, Default)]
+struct Rate {
+    linear: DVec3,
+    angular: DVec3,
+}
+
+/// Times its usual time that an entity may stand before it is said to have stopped: what is moved at fixed times is seen to
+/// move now and then.
+const STOPPED: f64 = 1.5;
+
+impl Track {
+    /// An entity that is `now` there, and stands.
+    pub fn new(start: Rigid, now: Rigid) -> Self {
+        Self { start, last: now, seen: now, since: 0.0, took: 0.0, rates: [Rate::default(); 2] }
+    }
+
+    /// The same for what starts where this has brought it.
+    pub fn restarted(self) -> Self {
+        Self { start: self.last, ..self }
+    }
+
+    /// Where the entity was seen last.
+    pub fn seen(&self) -> Rigid {
+        self.seen
+    }
+
+    /// Notes that the entity is `now` there, so many `seconds` after it was seen last.
+    pub fn see(&mut self, now: Rigid, seconds: f64) {
+        self.since += seconds;
+        if now != self.seen {
+            let rate = Rate::between(&self.seen, &now, self.since);
+            (self.rates, self.took) = ([rate, self.rates[0]], self.since);
+            (self.seen, self.since) = (now, 0.0);
+        } else if self.since > STOPPED * self.took {
+            self.rates = [Rate::default(); 2];
+        }
+    }
+
+    /// Sends what follows the entity a `share` of the rest of the way to where it will be `ahead` seconds from now. `None` where it is
+    /// there.
+    pub fn follow(&mut self, share: f64, ahead: f64) -> Option<Rigid> {
+        let to = self.expected(ahead);
+        (to != self.last).then(|| {
+            self.last = if share < 1.0 { self.last.toward(&to, share) } else { to };
+            self.last.since(&self.start)
+        })
+    }
+
+    /// Where the entity will be in a time [s], by the slower of its last two moves: one that is put elsewhere at once does not go on.
+    fn expected(&self, ahead: f64) -> Rigid {
+        let slower = |of: fn(&Rate) -> DVec3| {
+            let [a, b] = self.rates.each_ref().map(of);
+            if a.length_squared() < b.length_squared() { a } else { b }
+        };
+        let [shift, turn] =
+            [slower(|rate| rate.linear), slower(|rate| rate.angular)].map(|rate| rate * ahead);
+        if shift == DVec3::ZERO && turn == DVec3::ZERO {
+            return self.seen;
+        }
+        let turned = DQuat::from_scaled_axis(turn) * self.seen.turn;
+        Rigid { turn: turned.normalize(), shift: self.seen.shift + shift }
+    }
+}
+
+impl Rate {
+    fn between(before: &Rigid, now: &Rigid, seconds: f64) -> Self {
+        if seconds <= 0.0 {
+            return Self::default();
+        }
+        let turn = now.turn * before.turn.inverse();
+        // The short way round.
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        Self { linear: (now.shift - before.shift) / seconds, angular: turn.to_scaled_axis() / seconds }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, angle: f64) -> Rigid {
+        Rigid { turn: DQuat::from_rotation_y(angle), shift: DVec3::new(x, 1.0, 0.0) }
+    }
+
+    /// What has been seen at these places and angles, a hundredth of a second apart.
+    fn seen(all: &[[f64; 2]]) -> Track {
+        let start = at(all[0][0], all[0][1]);
+        let mut track = Track::new(start, start);
+        all[1..].iter().for_each(|&[x, angle]| track.see(at(x, angle), 0.01));
+        track
+    }
+
+    #[test]
+    fn what_goes_evenly_is_expected_to_go_on() {
+        let expected = seen(&[[0.0, 0.0], [0.1, 0.2], [0.2, 0.4]]).expected(0.005);
+        let wanted = at(0.25, 0.5);
+        assert!(expected.shift.distance(wanted.shift) < 1e-12);
+        assert!(expected.turn.angle_between(wanted.turn) < 1e-6);
+    }
+
+    #[test]
+    fn what_is_put_elsewhere_or_stops_is_expected_to_stay() {
+        for all in
+            [&[[0.0, 0.0], [50.0, 3.0]][..], &[[0.0, 0.0], [0.1, 0.1], [0.2, 0.2], [0.2, 0.2], [0.2, 0.2]]]
+        {
+            let track = seen(all);
+            assert!(track.expected(0.01) == track.seen);
+        }
+    }
+
+    #[test]
+    fn what_is_moved_at_fixed_times_goes_on_in_between() {
+        // It is moved in each second of these times.
+        let track = seen(&[[0.0, 0.0], [0.0, 0.0], [0.2, 0.0], [0.2, 0.0], [0.4, 0.0], [0.4, 0.0]]);
+        assert!((track.expected(0.01).shift.x - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn steps_on_the_way_go_even_shares_of_it() {
+        let mut track = seen(&[[0.0, 0.0], [0.3, 0.0]]);
+        let shares = [1.0 / 3.0, 1.0 / 2.0, 1.0].map(|share| track.follow(share, 0.0).map(|way| way.shift.x));
+        for (found, wanted) in shares.into_iter().zip([0.1, 0.2, 0.3]) {
+            assert!((found.unwrap() - wanted).abs() < 1e-12);
+        }
+        assert!(track.follow(1.0, 0.0).is_none());
+    }
+}
