@@ -35,7 +35,7 @@ use crate::real::Real;
 use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
 use crate::solvers::implicit::gpu_layout::{IS_LEFT, MOST_OPEN_AT, VECTORS, Vector, When};
-use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
+use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS, SHARE_OF_OUTER};
 use crate::step::{FILTERS, IMPULSES};
 use crate::topology::LANES;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
@@ -162,8 +162,8 @@ fn of_solvers() -> BTreeMap<&'static str, f64> {
         ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
         ("MOST_STEPS", f64::from(MOST_STEPS)),
         ("LEFT", f64::from(LEFT as f32)),
+        ("SHARE_OF_OUTER", f64::from(SHARE_OF_OUTER as f32)),
         ("ITERATED", f64::from(When::Iterated as u32)),
-        ("JUDGED", f64::from(When::Judged as u32)),
         ("BEGUN", f64::from(When::Begun as u32)),
         ("VECTORS", VECTORS as f64),
         ("MOST_OPEN_AT", MOST_OPEN_AT as f64),

@@ -238,7 +238,7 @@ fn records_of_solvers() -> Vec<Record> {
         record!(Diagonal { own, inverse }),
         record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
         record!(Weight { x, y, z; gap, padding, end }),
-        record!(NodeSolve { steps, before, is_met, first, kept, next }),
+        record!(NodeSolve { steps, before, is_met, first, motion, kept, next }),
     ]
 }
 

@@ -68,9 +68,10 @@ pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 2;
 /// Most steps that are written down at the start, with a place where a further Newton step may begin at the end.
-const STEPS_AT_START: u32 = 3 * BETWEEN_NEWTON_STEPS + 1;
-/// Steps beside iterations: that which takes the changes to start from.
-const MORE_STEPS: u32 = 1;
+const STEPS_AT_START: u32 = 3 * BETWEEN_NEWTON_STEPS + MORE_STEPS;
+/// Steps beside iterations: that which takes the changes to start from, and that which finds whether a further Newton step, which
+/// begins at the last place for it, is needed.
+const MORE_STEPS: u32 = 2;
 /// Where the solver finds how many Newton steps it takes: iterations from one place where a further one may begin to the next,
 /// how often as many iterations as a step may need it may take, and how often one may wait for its place.
 const BETWEEN_NEWTON_STEPS: u32 = 16;
@@ -82,6 +83,17 @@ fn steps(iterations: u32, ice: &Ice) -> u32 {
     let further = NEEDS.saturating_mul(iterations).min(ice.max_iterations).max(iterations);
     let all = if ice.newton_steps == 0 { further + WAITS * BETWEEN_NEWTON_STEPS } else { iterations };
     all.saturating_add(MORE_STEPS)
+}
+
+/// Steps for what had open systems at so many counts, of one iteration at least: without any there would be none to double.
+fn room_for(counts: u32) -> u32 {
+    let iterations = (BETWEEN_COUNTS * counts).saturating_sub(MORE_STEPS).max(1);
+    iterations.next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS
+}
+
+/// Steps for twice the iterations.
+fn doubled(room: u32) -> u32 {
+    2 * room - MORE_STEPS
 }
 
 /// A level, or a part of one, as kernels see it.
@@ -224,8 +236,7 @@ impl Implicit {
     /// Leaves away what a number of frames did not need: each dispatch takes time, also without workgroups.
     fn note_needed(&mut self) {
         if let Some([most]) = self.needed.note([self.counted_steps[MOST_OPEN_AT]]) {
-            let needed = (BETWEEN_COUNTS * most).next_multiple_of(BETWEEN_NEWTON_STEPS) + MORE_STEPS;
-            self.room = self.room.min(needed);
+            self.room = self.room.min(room_for(most));
         }
     }
 
@@ -365,7 +376,7 @@ impl Feature for Implicit {
 
     fn grow(&mut self, _: &Gpu) -> Result<(), GpuError> {
         if self.counted_steps.get(IS_LEFT).is_some_and(|&left| left > 0) {
-            self.room = (2 * self.room - MORE_STEPS).min(self.steps);
+            self.room = doubled(self.room).min(self.steps);
         }
         Ok(())
     }
@@ -389,5 +400,18 @@ impl Feature for Implicit {
             self.vectors.write(gpu, kept as usize * self.nodes, &fours);
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn room_is_for_what_was_needed_and_grows_from_any_size() {
+        for counts in 0..200 {
+            let room = room_for(counts);
+            assert!(room >= BETWEEN_COUNTS * counts && doubled(room) > room, "{counts} counts: {room} steps");
+        }
     }
 }

@@ -88,6 +88,7 @@ pub struct NodeSolve {
     pub before: u32,
     pub is_met: u32,
     pub first: u32,
+    pub motion: f32,
     pub kept: PcgState,
     pub next: PcgState,
 }
@@ -117,9 +118,7 @@ pub const IS_LEFT: usize = 3;
 pub enum When {
     /// In iterations.
     Iterated,
-    /// In a further Newton step until it is judged.
-    Judged,
-    /// In the rest of it.
+    /// Where a further Newton step begins.
     Begun,
 }
 

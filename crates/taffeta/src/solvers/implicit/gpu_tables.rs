@@ -180,13 +180,14 @@ impl MultigridTables {
         let finest = self.groups[0].len() as u32;
         let levels = self.groups.iter().map(|groups| groups.len() as u32);
         let edges = self.edges.iter().map(|edges| edges.len().div_ceil(GROUP) as u32);
-        let judged = [finest].into_iter().chain(self.linearised.iter().copied());
+        let linearised = [finest].into_iter().chain(self.linearised.iter().copied());
         let points = || [self.point_groups()].into_iter();
         let sewn = self.sewn_levels.iter().flat_map(|sewn| &sewn.wide).map(|groups| groups.len() as u32);
-        let further = judged
+        let further = linearised
+            .chain(levels)
+            .chain(edges)
             .chain(points())
-            .map(|one| [one, When::Judged as u32])
-            .chain(levels.chain(edges).chain(points()).map(|one| [one, When::Begun as u32]))
+            .map(|one| [one, When::Begun as u32])
             .chain(sewn.chain(points()).map(|one| [one, When::Iterated as u32]));
         for one in further.filter(|one| one[0] > 0) {
             // Those of the same size share their count.

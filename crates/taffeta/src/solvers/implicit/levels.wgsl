@@ -4,6 +4,7 @@
 // alone in `level_groups`.
 
 #import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
 #import solvers/implicit/implicit.wgsl
 
 /// Some nodes of one body on a level, 256 at most.
@@ -76,6 +77,8 @@ struct NodeSolve {
     is_met: u32,
     /// The first of the systems that contacts and seams join with it.
     first: u32,
+    /// Of it and of what is joined with it, twice its energy [J].
+    motion: f32,
     /// As products left it, and as steps have found it since.
     kept: PcgState,
     next: PcgState,
@@ -120,6 +123,14 @@ struct ElementSums {
 
 /// Newton steps in a sub-step at most.
 const MOST_STEPS: u32 = 8u;
+/// Energy that Newton steps may leave, relative to that of the motion.
+const LEFT: f32 = 0.01;
+
+/// Whether the solver, where it finds how many Newton steps it takes, may take a further one for a system.
+fn may_go_on(solve: NodeSolve) -> bool {
+    let has_iterations = solve.before + solve.next.iterations < substeps[0].solving.most_iterations;
+    return solve.is_met == 0u && has_iterations && solve.steps < MOST_STEPS - 1u;
+}
 
 /// Steps that are written down: at how many places this solve has counted open systems, and at which there were some last; the last
 /// such place of all solves of a frame; whether one had systems left that more steps would have gone on with.
@@ -160,10 +171,9 @@ const GIVEN: u32 = 13u;
 /// What contacts of surfaces take back of a vector.
 const TAKEN: u32 = 14u;
 
-/// When workgroups run that are counted: in iterations; in a further Newton step until it is judged; in the rest of it.
+/// When workgroups run that are counted: in iterations; where a further Newton step begins.
 const ITERATED: u32 = 0u;
-const JUDGED: u32 = 1u;
-const BEGUN: u32 = 2u;
+const BEGUN: u32 = 1u;
 
 /// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
 const DAMPING: f32 = 0.7;

@@ -1,6 +1,6 @@
 // How many Newton steps a sub-step takes, where the scene leaves it to the solver. Commands of a further step stand between
 // iterations; as many workgroups run as are counted here, none as long as an iteration is under way and when all equations are
-// met.
+// met. Whether they are is found with the first product of a step.
 
 #import contacts
 #import gpu/wgsl/index.wgsl
@@ -10,8 +10,8 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
-/// Energy that Newton steps may leave, relative to that of the motion.
-const LEFT: f32 = 0.1;
+/// The share of what outer forces do in the sub-step that is motion.
+const SHARE_OF_OUTER: f32 = 0.1;
 
 /// Adds up the motion of bodies before the sub-step, behind what products add up: Σ m v and Σ m; then Σ m |v|² and
 /// Σ m |v* − v|².
@@ -40,26 +40,7 @@ fn sum_motion(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     }
 }
 
-/// Residual rᵀ D⁻¹ r by the diagonal blocks D, where the last step went.
-@compute @workgroup_size(256)
-fn measure_left(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = workgroup_index(id);
-    if index >= arrayLength(&level_groups) {
-        return;
-    }
-    var left = 0.0;
-    if lane < level_groups[index].count {
-        let node = level_groups[index].first + lane;
-        let residual = filtered(predicted_at(node), vector_of(RESIDUAL, node));
-        left = dot3(residual, times(diagonals[node].inverse, residual));
-    }
-    let sum = sum_of_rows(lane, vec4f(left, 0.0, 0.0, 0.0));
-    if lane == 0u {
-        product_sums[index] = sum;
-    }
-}
-
-/// The sums over the nodes of a system of one sort: 0 those of products, 1 and 2 those of the motion.
+/// The sums over the nodes of a system of one sort: 1 and 2, those of the motion.
 fn sums_of_sort(group: LevelGroup, sort: u32, lane: u32) -> vec4f {
     let sum = sum_of_rows(lane, sums_of_lane(group, sort, lane));
     // The lanes are free for the next sum.
@@ -67,15 +48,15 @@ fn sums_of_sort(group: LevelGroup, sort: u32, lane: u32) -> vec4f {
     return sum;
 }
 
-/// Whether a body's equations are met well enough, or no iterations are left for it: then it takes no further step.
+/// The motion of bodies, twice its energy [J]: a share of what outer forces do in the sub-step, and what is about the mean
+/// velocity. Outer forces are there at rest, too, where errors of their size would keep bodies in motion.
 @compute @workgroup_size(256)
-fn judge_systems(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn weigh_motion(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || index != level_groups[index].first_group {
         return;
     }
     let group = level_groups[index];
-    let left = sums_of_sort(group, 0u, lane).x;
     let momentum = sums_of_sort(group, 1u, lane);
     let squares = sums_of_sort(group, 2u, lane);
     if lane > 0u {
@@ -83,15 +64,10 @@ fn judge_systems(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_ind
     }
     let mass = momentum.w;
     let mean = select(0.0, dot3(momentum.xyz, momentum.xyz) / select(1.0, mass, mass > 0.0), mass > 0.0);
-    let motion = squares.y + (squares.x - mean);
-    let may = node_solves[group.solve].before < substeps[0].solving.most_iterations;
-    let is_met = select(1u, 0u, may && left > LEFT * motion);
-    node_solves[group.solve].is_met = is_met;
-    node_solves[group.solve].kept.is_done = is_met;
-    node_solves[group.solve].next.is_done = is_met;
+    node_solves[group.solve].motion = SHARE_OF_OUTER * squares.y + (squares.x - mean);
 }
 
-/// Workgroups of a further Newton step as far as it is judged: none as long as iterations go on.
+/// Workgroups of a further Newton step: none as long as iterations go on, or where none is needed.
 @compute @workgroup_size(256)
 fn count_next_step(@builtin(local_invocation_index) lane: u32) {
     var open = 0u;
@@ -99,19 +75,9 @@ fn count_next_step(@builtin(local_invocation_index) lane: u32) {
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
         let solve = node_solves[i];
         open += select(0u, 1u, solve.kept.is_done == 0u);
-        waiting += select(0u, 1u, solve.is_met == 0u && solve.steps < MOST_STEPS - 1u);
+        waiting += select(0u, 1u, may_go_on(solve));
     }
     let all_open = count_of_lanes(lane, open);
     let all_waiting = count_of_lanes(lane, waiting);
-    put_counts(lane, JUDGED, all_open == 0u && all_waiting > 0u);
-}
-
-/// Workgroups of the rest of it: none where it is not needed, or has not begun.
-@compute @workgroup_size(256)
-fn count_unmet(@builtin(local_invocation_index) lane: u32) {
-    var unmet = 0u;
-    for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
-        unmet += select(0u, 1u, node_solves[i].kept.is_done == 0u && node_solves[i].kept.passes == 0u);
-    }
-    put_counts(lane, BEGUN, count_of_lanes(lane, unmet) > 0u);
+    put_counts(lane, BEGUN, all_open == 0u && all_waiting > 0u);
 }

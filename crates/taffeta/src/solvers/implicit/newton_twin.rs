@@ -1,11 +1,11 @@
 //! Drivers that take the CPU's formulas of Newton steps through the GPU's arrays.
 
 use crate::gpu::layout::{Four, GROUP};
-use crate::real::{add, dot, times};
+use crate::real::{add, dot};
 use crate::solvers::dual::twin::{by_halves, three};
 use crate::solvers::implicit::gpu_layout::{NodeSolve, PcgState, Vector, When};
-use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
-use crate::solvers::implicit::twin::{Twin, six};
+use crate::solvers::implicit::implicit::{MOST_STEPS, motion};
+use crate::solvers::implicit::twin::Twin;
 
 impl Twin<'_> {
     pub fn next_newton_step(&mut self) {
@@ -15,12 +15,20 @@ impl Twin<'_> {
             self.put(Vector::Cycled, node, [0.0; 3]);
             self.set_trial_state(node, total);
         }
-        for solve in &mut self.work.solves {
+        for at in 0..self.work.solves.len() {
+            let solve = self.work.solves[at];
+            let is_over = self.solving.is_automatic != 0 && !self.may_go_on(&solve);
             let PcgState { whole, error, iterations, .. } = solve.next;
-            let again = PcgState { is_done: solve.is_met, whole, error, ..PcgState::default() };
+            let is_met = if is_over { 1 } else { solve.is_met };
+            let again = PcgState { is_done: is_met, whole, error, ..PcgState::default() };
             let (steps, before) = (solve.steps + 1, solve.before + iterations);
-            *solve = NodeSolve { steps, before, kept: again, next: again, ..*solve };
+            self.work.solves[at] = NodeSolve { steps, before, is_met, kept: again, next: again, ..solve };
         }
+    }
+
+    fn may_go_on(&self, solve: &NodeSolve) -> bool {
+        let all = solve.before + solve.next.iterations;
+        solve.is_met == 0 && all < self.solving.most_iterations && solve.steps + 1 < MOST_STEPS
     }
 
     /// What a term of each node adds up to in each group, of one sort.
@@ -50,22 +58,11 @@ impl Twin<'_> {
         });
     }
 
-    pub fn measure_left(&mut self) {
-        self.add_up_groups(0, |twin, node| {
-            let residual = twin.predicted(node).filtered(twin.get(Vector::Residual, node));
-            [dot(residual, times(&six(&twin.work.diagonals[node].inverse), residual)), 0.0, 0.0, 0.0]
-        });
-    }
-
-    pub fn judge(&mut self) {
+    pub fn weigh_motion(&mut self) {
         let groups = self.fixture.tables.multigrid.groups[0].len();
         for number in 0..self.work.solves.len() {
-            let [left, momentum, squares] = [0, 1, 2].map(|sort| self.sums_of(number, sort * groups));
-            let motion = motion([squares[1], squares[0]], three(momentum), momentum[3]);
-            let solve = &mut self.work.solves[number];
-            let may = solve.before < self.solving.most_iterations;
-            solve.is_met = u32::from(!(may && leaves_much(left[0], motion)));
-            (solve.kept.is_done, solve.next.is_done) = (solve.is_met, solve.is_met);
+            let [momentum, squares] = [1, 2].map(|sort| self.sums_of(number, sort * groups));
+            self.work.solves[number].motion = motion([squares[1], squares[0]], three(momentum), momentum[3]);
         }
     }
 
@@ -80,10 +77,7 @@ impl Twin<'_> {
     /// Notes how far a solve came.
     pub fn count_left(&mut self) {
         let is_automatic = self.solving.is_automatic != 0;
-        let is_left = |solve: &NodeSolve| {
-            let waits = is_automatic && solve.is_met == 0 && solve.steps + 1 < MOST_STEPS;
-            waits || solve.next.is_done == 0
-        };
+        let is_left = |solve: &NodeSolve| is_automatic && self.may_go_on(solve) || solve.next.is_done == 0;
         let [_, open_at, most, left] = self.work.steps;
         self.work.steps = [0, 0, most.max(open_at), left | u32::from(self.work.solves.iter().any(is_left))];
     }
@@ -94,13 +88,7 @@ impl Twin<'_> {
         let is_open = |solve: &NodeSolve| solve.kept.is_done == 0;
         let any_open = solves.iter().any(is_open);
         let (when, any) = match entry {
-            "count_next_step" => {
-                let waits = |solve: &NodeSolve| solve.is_met == 0 && solve.steps + 1 < MOST_STEPS;
-                (When::Judged, !any_open && solves.iter().any(waits))
-            }
-            "count_unmet" => {
-                (When::Begun, solves.iter().any(|solve| is_open(solve) && solve.kept.passes == 0))
-            }
+            "count_next_step" => (When::Begun, !any_open && solves.iter().any(|solve| self.may_go_on(solve))),
             _ => (When::Iterated, any_open),
         };
         let all = self.fixture.tables.multigrid.counted();

@@ -28,10 +28,8 @@ pub const ROWS: &[Row] = &[
     row("predict_mesh_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
     row("next_newton_step", Tolerance::new(0.0, 64.0, SAME), next_newton_step),
     row("sum_motion", Tolerance::new(0.0, 64.0, SUMMED), sum_motion),
-    row("measure_left", Tolerance::new(0.0, 64.0, SUMMED), measure_left),
-    row("judge_systems", Tolerance::new(0.0, 64.0, SUMMED), judge),
+    row("weigh_motion", Tolerance::new(0.0, 64.0, SUMMED), weigh_motion),
     row("count_next_step", Tolerance::new(0.0, 0.0, COUNTED), count_next_step),
-    row("count_unmet", Tolerance::new(0.0, 0.0, COUNTED), count_unmet),
     row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
     row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
     row("coarsen_edges", Tolerance::new(0.0, 64.0, SAME), coarsen_edges),
@@ -206,20 +204,12 @@ fn sum_motion(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "sum_motion", Part::Groups(0), |twin, _| twin.sum_motion())
 }
 
-fn measure_left(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "measure_left", Part::Groups(0), |twin, _| twin.measure_left())
-}
-
-fn judge(bench: &mut Bench<'_>) -> Result<(), String> {
-    joined_twins(bench, "judge_systems", |twin| twin.judge())
+fn weigh_motion(bench: &mut Bench<'_>) -> Result<(), String> {
+    joined_twins(bench, "weigh_motion", |twin| twin.weigh_motion())
 }
 
 fn count_next_step(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "count_next_step", Part::One, |_, _| {})
-}
-
-fn count_unmet(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "count_unmet", Part::One, |_, _| {})
 }
 
 fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -9,7 +9,7 @@ use crate::solvers::implicit::couplings_twin::{OfElements, any_blocks};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Diagonal, LevelGroup, NodeSolve, PcgState, SUMS, Symmetric, VECTORS,
 };
-use crate::solvers::implicit::implicit::MOST_STEPS;
+use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
 use crate::solvers::implicit::twin::{Twin, Work};
 use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Access, Kernel};
@@ -18,7 +18,7 @@ use taffeta_gpu::{Access, Kernel};
 pub const POISON: u32 = 0x7fff_fff1;
 
 /// Cases of a system's progress, and of all systems' when they are done.
-pub const CASES: usize = 11;
+pub const CASES: usize = 12;
 pub const DONE: usize = 4;
 
 /// The progress of a system of that case, whose sums are `sums`.
@@ -46,6 +46,8 @@ fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> P
         7 => (some.iterations, some.error) = (solving.most_iterations - 1, 0.0),
         8 => (some.passes, some.iterations, some.whole) = (2, 0, 1e9),
         9 => some.error = f32::NAN,
+        // The direction before is half of the new one, and the system answers half as much as along the residual.
+        11 => (some.error, some.alpha) = (2.0 * sums[0], sums[0] / sums[1]),
         _ => {}
     }
     some
@@ -149,20 +151,20 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         let solve = &mut twin.work.solves[number];
         solve.before = if (number + shift) % 5 == 4 { solving.most_iterations } else { (shift % 3) as u32 };
         (solve.steps, solve.is_met) = ((shift % 3) as u32, u32::from((number + shift) % 4 == 1));
+        // A further step at its first product is needed, or not.
+        solve.motion = sums[0] * if number % 2 == 0 { 2.0 } else { 0.5 } / LEFT as f32;
         solve.kept = descent(chance, case, sums, &solving);
         solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], &solving);
         let Some(case) = (shift + 1).checked_sub(CASES) else { continue };
-        // All are done, as well as they can be: one may go on; none need; none may; one has gone on.
-        solve.kept.is_done = u32::from(case < 3 || number != 1);
-        solve.next.is_done = solve.kept.is_done;
+        // All are done, as well as they can be: one may go on; none need; none has steps left; one has no iterations left.
+        (solve.kept.is_done, solve.next.is_done) = (1, 1);
         (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
         (solve.steps, solve.is_met) = (MOST_STEPS - 2 + u32::from(case == 2), 1);
         if case % 3 != 1 && number == 1 || case == 2 {
             solve.is_met = 0;
         }
-        if case % 2 == 1 {
-            // As the next Newton step begins.
-            solve.kept.passes = 0;
+        if case == 3 {
+            solve.before = solving.most_iterations - solve.next.iterations;
         }
     }
 }
@@ -290,6 +292,7 @@ fn solves(written: &mut Written<'_>, wanted: &[NodeSolve]) {
     written.outcome().copied("node_solves", &counts(wanted), &counts(&found));
     let numbers = |d: &PcgState| [d.whole, d.error, d.alpha, d.beta];
     for (wanted, found) in wanted.iter().zip(&found) {
+        written.outcome().compare("node_solves", &[wanted.motion], &[found.motion]);
         for (wanted, found) in [(&wanted.kept, &found.kept), (&wanted.next, &found.next)] {
             for (a, b) in numbers(wanted).into_iter().zip(numbers(found)) {
                 written.outcome().compare("node_solves", &[a], &[b]);

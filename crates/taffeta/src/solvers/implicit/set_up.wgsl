@@ -56,7 +56,7 @@ fn predict_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_in
     if lane == 0u && index == level_groups[index].first_group {
         let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
         let solve = level_groups[index].solve;
-        node_solves[solve] = NodeSolve(0u, 0u, 0u, solve, none, none);
+        node_solves[solve] = NodeSolve(0u, 0u, 0u, solve, 0.0, none, none);
     }
 }
 
@@ -175,9 +175,12 @@ fn next_newton_step(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_
     set_trial_state(node, total);
     if lane == 0u && index == level_groups[index].first_group {
         let last = node_solves[level_groups[index].solve];
-        let again = PcgState(0u, last.is_met, 0u, last.next.whole, last.next.error, 0.0, 0.0);
+        let is_over = substeps[0].solving.is_automatic != 0u && !may_go_on(last);
+        let is_met = select(last.is_met, 1u, is_over);
+        let again = PcgState(0u, is_met, 0u, last.next.whole, last.next.error, 0.0, 0.0);
         let before = last.before + last.next.iterations;
-        node_solves[level_groups[index].solve] = NodeSolve(last.steps + 1u, before, last.is_met, last.first, again, again);
+        let solve = NodeSolve(last.steps + 1u, before, is_met, last.first, last.motion, again, again);
+        node_solves[level_groups[index].solve] = solve;
     }
 }
 

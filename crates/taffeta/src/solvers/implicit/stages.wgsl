@@ -18,8 +18,9 @@
 #import solvers/implicit/levels.wgsl
 #import solvers/implicit/second_order.wgsl
 
-/// State of a system after a product, whose sums these are. `before`: iterations of the Newton steps before.
-fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
+/// State of a system after a product, whose sums these are.
+fn next_pcg_state(solve: NodeSolve, sums: vec4f) -> PcgState {
+    let kept = solve.kept;
     var next = kept;
     next.alpha = 0.0;
     next.beta = 0.0;
@@ -30,11 +31,16 @@ fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
         next.whole = select(sums.z, kept.whole, kept.whole > 0.0);
         return next;
     }
-    if before == 0u && kept.iterations == 0u {
+    if is_met_before(solve, sums.x) {
+        next.is_done = 1u;
+        return next;
+    }
+    let is_first = kept.iterations == 0u;
+    if is_first && solve.before == 0u {
         next.whole = max(sums.x, kept.whole);
     }
     next.error = sums.x;
-    let step = conjugate_step(Conjugate(kept.error, kept.alpha), sums.x, sums.y);
+    let step = conjugate_step(Conjugate(select(kept.error, 0.0, is_first), kept.alpha), sums.x, sums.y);
     if !step.is_there {
         // Nothing is left, or what is left is no number.
         next.is_done = 1u;
@@ -44,10 +50,18 @@ fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
     next.alpha = step.alpha;
     next.beta = step.beta;
     // The step that was found with the error is taken all the same.
-    let all = next.iterations + select(0u, before, substeps[0].solving.is_automatic != 0u);
+    let all = next.iterations + select(0u, solve.before, substeps[0].solving.is_automatic != 0u);
     let is_last = is_solved(next) || all == substeps[0].solving.most_iterations;
     next.is_done = select(0u, 1u, is_last);
     return next;
+}
+
+/// Whether a further Newton step is at its first product, and that says that equations are met well enough where it starts: `left`
+/// is r·z. What is no number is left as it is.
+fn is_met_before(solve: NodeSolve, left: f32) -> bool {
+    let is_further = substeps[0].solving.is_automatic != 0u && solve.steps > 0u;
+    let is_first_product = solve.kept.passes >= 2u && solve.kept.iterations == 0u;
+    return is_further && is_first_product && !(left > LEFT * solve.motion);
 }
 
 /// Whether the error is small enough.
@@ -63,15 +77,17 @@ fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
         return;
     }
     let group = level_groups[index];
-    let kept = node_solves[group.solve].kept;
-    if kept.is_done != 0u {
+    let solve = node_solves[group.solve];
+    if solve.kept.is_done != 0u {
         return;
     }
-    let next = next_pcg_state(kept, sum_of_rows(lane, sums_of_lane(group, 0u, lane)), node_solves[group.solve].before);
+    let sums = sum_of_rows(lane, sums_of_lane(group, 0u, lane));
+    let next = next_pcg_state(solve, sums);
+    let is_stuck = next.is_done != 0u && next.iterations == solve.kept.iterations;
     if lane == 0u && index == group.first_group {
         node_solves[group.solve].next = next;
+        node_solves[group.solve].is_met = select(0u, 1u, is_met_before(solve, sums.x));
     }
-    let is_stuck = next.is_done != 0u && next.iterations == kept.iterations;
     if is_stuck || lane >= group.count {
         return;
     }
@@ -111,7 +127,6 @@ fn start_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     let group = level_groups[index];
     if lane == 0u && index == group.first_group && node_solves[group.solve].is_met == 0u {
         node_solves[group.solve].kept.passes = 1u;
-        node_solves[group.solve].kept.error = 0.0;
     }
     var terms = vec4f(0.0);
     if lane < group.count {
@@ -190,7 +205,7 @@ fn count_left(@builtin(local_invocation_index) lane: u32) {
     var left = 0u;
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
         let solve = node_solves[i];
-        let waits = substeps[0].solving.is_automatic != 0u && solve.is_met == 0u && solve.steps < MOST_STEPS - 1u;
+        let waits = substeps[0].solving.is_automatic != 0u && may_go_on(solve);
         left += select(0u, 1u, waits || solve.next.is_done == 0u);
     }
     let all_left = count_of_lanes(lane, left);

@@ -18,8 +18,8 @@ use crate::solvers::implicit::gpu_layout::{
     Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector,
 };
 use crate::solvers::implicit::implicit::{
-    Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi, residual_fraction,
-    right_side, velocity_change,
+    Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi, leaves_much,
+    residual_fraction, right_side, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -390,11 +390,17 @@ impl Twin<'_> {
             next.whole = if kept.whole > 0.0 { kept.whole } else { third };
             return next;
         }
-        if solve.before == 0 && kept.iterations == 0 {
+        if self.is_met_before(solve, first) {
+            next.is_done = 1;
+            return next;
+        }
+        let is_first = kept.iterations == 0;
+        if is_first && solve.before == 0 {
             next.whole = first.max(kept.whole);
         }
         next.error = first;
-        let step = Conjugate { gamma: kept.error, alpha: kept.alpha }.next(first, second);
+        let gamma = if is_first { 0.0 } else { kept.error };
+        let step = Conjugate { gamma, alpha: kept.alpha }.next(first, second);
         if !step.is_there {
             next.is_done = 1;
             return next;
@@ -404,6 +410,12 @@ impl Twin<'_> {
         let is_last = self.is_solved(&next) || before + next.iterations == self.solving.most_iterations;
         next.is_done = is_last.into();
         next
+    }
+
+    fn is_met_before(&self, solve: &NodeSolve, left: f32) -> bool {
+        let is_further = self.solving.is_automatic != 0 && solve.steps > 0;
+        let is_first_product = solve.kept.passes >= 2 && solve.kept.iterations == 0;
+        is_further && is_first_product && !leaves_much(left, solve.motion)
     }
 
     pub fn body_sums(&self, solve: usize) -> [f32; 4] {
@@ -427,8 +439,9 @@ impl Twin<'_> {
         let open: Vec<usize> =
             (0..self.work.solves.len()).filter(|&solve| self.work.solves[solve].kept.is_done == 0).collect();
         for &solve in &open {
-            self.work.solves[solve].next =
-                self.next_pcg_state(&self.work.solves[solve], self.body_sums(solve));
+            let (own, sums) = (self.work.solves[solve], self.body_sums(solve));
+            self.work.solves[solve].next = self.next_pcg_state(&own, sums);
+            self.work.solves[solve].is_met = self.is_met_before(&own, sums[0]).into();
         }
         for (node, solve) in self.finest() {
             let NodeSolve { kept, next, .. } = self.work.solves[solve];
@@ -495,7 +508,7 @@ impl Twin<'_> {
         for (index, group) in groups.iter().enumerate() {
             let solve = &mut self.work.solves[group.solve as usize];
             if index == group.first_group as usize && solve.is_met == 0 {
-                (solve.kept.passes, solve.kept.error) = (1, 0.0);
+                solve.kept.passes = 1;
             }
             let mut lanes = vec![[0.0; 4]; GROUP];
             for (lane, terms) in lanes.iter_mut().enumerate().take(group.count as usize) {

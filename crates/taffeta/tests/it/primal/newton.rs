@@ -3,7 +3,7 @@
 use super::{newton, with};
 use crate::common::{build, positions, run};
 use taffeta::Simulation;
-use taffeta::scene::{Body, Ice, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Ice, Mass, Material, Mesh, Scene, Select};
 
 /// A flag of springs of 1 MN/m that starts level, held by two corners: flat, it has no stiffness against its weight.
 fn flag() -> Body {
@@ -52,6 +52,30 @@ fn calm_cloth_takes_one_step_whatever_other_bodies_take() {
     }
     assert_eq!(automatic.state_hash(), one.state_hash());
     assert_eq!(positions(&beside)[600..], positions(&automatic)[..]);
+}
+
+#[test]
+fn a_strip_of_fabric_comes_to_rest_where_one_step_keeps_it_in_motion() {
+    // Its edge is held, and its own weight bends it down in less time than a step takes.
+    let strip = || {
+        let held = Select::nodes([0, 13, 26, 39, 52]);
+        Body {
+            material: Some(Material::preset("cotton")),
+            ..Body::cloth("strip", Mesh::grid(5, 13, [0.06, 0.02]))
+        }
+        .pin(held)
+    };
+    let left = |ice| {
+        let mut simulation = scene([strip()], ice);
+        run(&mut simulation, 300);
+        let mut kinetic = || {
+            run(&mut simulation, 1);
+            simulation.report().kinetic
+        };
+        (0..60).map(|_| kinetic()).fold(0.0, f64::max)
+    };
+    let [one, automatic] = [newton(1), newton(0)].map(left);
+    assert!(one > 1e-9 && automatic < 1e-11, "{one:e}, {automatic:e} J");
 }
 
 #[test]

@@ -9,7 +9,9 @@ use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
 use crate::solvers::implicit::cpu::{ImplicitWorker, Scratch};
-use crate::solvers::implicit::implicit::{Stiff, is_solved, residual_fraction, right_side, velocity_change};
+use crate::solvers::implicit::implicit::{
+    Stiff, is_solved, leaves_much, motion, residual_fraction, right_side, velocity_change,
+};
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -241,7 +243,9 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.distribute_residuals();
     }
 
-    pub fn iterate(&mut self) {
+    /// Iterates until all systems are solved. If `may_be_met` the first products tell which bodies' equations are met well enough as
+    /// they are: nothing is changed of those.
+    pub fn iterate(&mut self, may_be_met: bool) {
         while !self.worker.is_stopped() && self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
             self.average_points(&self.shared.levels[0].t);
@@ -251,7 +255,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 worker.note_products(chunk, worker.apply(chunk, &here.t, &here.r, &here.z));
             });
             self.worker.synchronise();
-            self.find_steps();
+            self.find_steps(may_be_met);
             self.each(0, Self::advance);
             self.worker.synchronise();
             self.distribute_residuals();
@@ -260,15 +264,24 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// The next step of each body.
-    fn find_steps(&mut self) {
+    fn find_steps(&mut self, may_be_met: bool) {
         let sums = self.product_sums();
         let Scratch { bodies, outer, .. } = &mut *self.scratch;
-        for ((body, [gamma, delta]), [off, ..]) in bodies.iter_mut().zip(sums).zip(outer) {
+        for ((body, [gamma, delta]), &mut [off, squares, x, y, z, mass]) in
+            bodies.iter_mut().zip(sums).zip(outer)
+        {
             if body.done {
                 continue;
             }
+            if may_be_met && body.iterations == 0 {
+                body.met = !leaves_much(gamma, motion([off, squares], [x, y, z], mass));
+                body.done = body.met;
+                if body.met {
+                    continue;
+                }
+            }
             if body.all == 0 {
-                body.whole = gamma.max(*off);
+                body.whole = gamma.max(off);
             }
             body.error = gamma;
             match body.conjugate.step(gamma, delta) {

@@ -1,16 +1,16 @@
 //! Newton steps: as many as the scene says, or as the equations need.
 
-use crate::real::{Real, dot, times};
+use crate::real::Real;
+use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::conjugate::CgState;
-use crate::solvers::implicit::cpu::{ImplicitWorker, Scratch};
-use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
+use crate::solvers::implicit::implicit::MOST_STEPS;
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds what springs change of velocities.
     pub fn solve(&mut self) {
-        let (least, most) = match self.primal.ice.newton_steps {
-            0 => (1, MOST_STEPS),
-            steps => (steps, steps),
+        let most = match self.primal.ice.newton_steps {
+            0 => MOST_STEPS,
+            steps => steps,
         };
         let (bodies, resting) = (0..self.multigrid.tables[0].bodies.len(), self.worker.resting);
         self.scratch.bodies.clear();
@@ -25,15 +25,18 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.join_systems();
         self.sum_motion();
         for step in 1..=most {
-            self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
+            self.begin_newton_step(step == 1);
+            if step > 1 && self.is_met() || self.worker.is_stopped() {
+                break;
+            }
             self.linearise();
             self.each(0, Self::set_up);
             self.worker.synchronise();
             self.add_contacts(step == 1);
-            if step > least && self.is_enough() || self.worker.is_stopped() {
+            self.step(step == 1);
+            if self.is_met() {
                 break;
             }
-            self.step(step == 1);
             self.take_back(0, &self.shared.x);
             self.each_of_all(0, |worker, chunk| worker.take(chunk));
             self.note_contacts();
@@ -46,40 +49,28 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.report();
     }
 
-    /// Solves for a Newton step whose system is set up on the finest level.
+    /// Where the solver finds how many steps it takes, a body without iterations left takes none.
+    fn begin_newton_step(&mut self, is_first: bool) {
+        let ice = &self.primal.ice;
+        let most = if ice.newton_steps == 0 && !is_first { ice.max_iterations } else { u32::MAX };
+        for body in &mut self.scratch.bodies {
+            body.met |= body.all >= most;
+            *body = body.again();
+        }
+    }
+
+    /// Solves for a Newton step whose system is set up on the finest level, of those bodies whose equations are not met where it
+    /// starts.
     fn step(&mut self, is_first: bool) {
         self.coarsen();
         self.scale_jacobi();
         self.start(is_first);
-        self.iterate();
+        self.iterate(self.primal.ice.newton_steps == 0 && !is_first);
         self.find_drifts();
     }
 
-    /// Whether the equations are met well enough where the last step went; a body on which they are takes no further one, nor
-    /// does one that has no iterations left.
-    fn is_enough(&mut self) -> bool {
-        self.start(false);
-        self.each(0, |worker, chunk| {
-            let here = &worker.shared.levels[0];
-            // SAFETY: only this chunk's places.
-            let (residual, inverse) = unsafe { (here.r.read(), here.inverse.read()) };
-            let mut sum = 0.0;
-            for place in chunk.part.clone() {
-                let r: [T; 3] = residual.at(place);
-                sum += dot(r, times(&inverse.at(place), r)).to_f64();
-            }
-            worker.note_products(chunk, [sum, 0.0]);
-        });
-        self.worker.synchronise();
-        let sums = self.product_sums();
-        let Scratch { bodies, outer, .. } = &mut *self.scratch;
-        for ((body, [left, _]), &mut [off, squares, x, y, z, mass]) in bodies.iter_mut().zip(sums).zip(outer)
-        {
-            let may = body.all < self.primal.ice.max_iterations;
-            body.met |= !(may && leaves_much(left, motion([off, squares], [x, y, z], mass)));
-            body.done = body.met;
-        }
-        self.worker.synchronise();
+    /// Whether all equations are met.
+    fn is_met(&self) -> bool {
         self.scratch.bodies.iter().all(|body| body.met)
     }
 }

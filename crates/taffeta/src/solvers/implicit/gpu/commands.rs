@@ -61,7 +61,7 @@ impl Implicit {
         all.extend(self.of_points("begin_points"));
         all.extend(self.join_systems(features));
         if self.is_automatic() {
-            all.push(run("sum_motion", nodes));
+            all.extend(["sum_motion", "weigh_motion"].map(|entry| run(entry, nodes)));
         }
         for newton in 0..self.newton_steps.max(1) {
             if newton > 0 {
@@ -106,26 +106,19 @@ impl Implicit {
         self.newton_steps == 0
     }
 
-    /// A further Newton step, where one is needed and none is under way.
+    /// Begins a further Newton step, where one may be needed and none is under way.
     fn go_on<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
         let nodes = self.parts[0].groups.len();
-        let mut judged = Vec::new();
+        let mut begun = Vec::new();
         if self.in_contact {
-            judged.push(Command::run(Name::new("multiply_change"), nodes));
+            begun.push(Command::run(Name::new("multiply_change"), nodes));
         }
-        judged.extend(
+        begun.extend(
             ["spring_impulses", "next_newton_step"].map(|entry| Command::run(self.name(entry), nodes)),
         );
-        self.linearise(features, &mut judged);
-        judged.extend(
-            ["weigh_points", "distribute_residuals"].iter().filter_map(|entry| self.of_points(entry)),
-        );
-        judged.extend(["measure_left", "judge_systems"].map(|entry| Command::run(self.name(entry), nodes)));
-        let mut begun = Vec::new();
+        self.linearise(features, &mut begun);
         self.coarsen(&mut begun);
         all.push(Command::run(Name::new("count_next_step"), 1));
-        all.extend(judged.into_iter().map(|command| self.when(When::Judged, command)));
-        all.push(Command::run(Name::new("count_unmet"), 1));
         all.extend(begun.into_iter().map(|command| self.when(When::Begun, command)));
     }
 

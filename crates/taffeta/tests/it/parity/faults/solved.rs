@@ -55,7 +55,7 @@ pub const FAULTS: &[Fault] = &[
     ("apply_contacts", " && node_solves[one.system].is_met == 0u", ""),
     ("apply_contacts", "one.impulse - taken_of(one, CHANGE)", "one.applied - taken_of(one, CHANGE)"),
     ("step_nodes", "if node_solves[level_groups[i].solve].first == first {", "if true {"),
-    ("judge_systems", "let first = node_solves[group.solve].first;", "let first = group.solve;"),
+    ("weigh_motion", "let first = node_solves[group.solve].first;", "let first = group.solve;"),
     ("start_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
     ("apply_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
     ("residual_of_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
