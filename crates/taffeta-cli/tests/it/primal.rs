@@ -110,8 +110,8 @@ fn a_fabric_that_is_stretched_too_far_is_said_with_what_helps_and_that_helps() {
     for advice in ["solver.ice.newton_steps=0", "time.max_step=0.004"] {
         assert!(out.contains(&advice.replace('=', " = ")), "{out}");
         let (stretch, out) = run(&[one, advice]);
-        assert!(stretch < 1.4 && !others(&out), "{advice}: {stretch}: {out}");
+        assert!(stretch < 1.5 && !others(&out), "{advice}: {stretch}: {out}");
     }
     let (stretch, _) = run(&[]);
-    assert!(stretch < 1.4, "as many as are needed are the default: {stretch}");
+    assert!(stretch < 1.5, "as many as are needed are the default: {stretch}");
 }

@@ -90,14 +90,14 @@ pub struct Ice {
     pub form: ConstraintForm,
     /// Residual at which the solver stops, relative to the right side.
     pub tolerance: f64,
-    /// Iterations at which it stops however large the residual is.
+    /// Iterations at which it stops however large the residual is; in the form "primal" in each Newton step.
     pub max_iterations: u32,
     /// Compliance beside that of the material, relative to the diagonal of the system.
     pub epsilon: f64,
     /// Whether the solver starts from the constraint forces of the last sub-step (warm start).
     pub warm_start: bool,
     /// Newton steps in a sub-step, of the form "primal". 0: as many as it needs, one where cloth moves calmly and up to eight where
-    /// it folds or turns quickly; all of them share `max_iterations`.
+    /// it folds or turns quickly.
     pub newton_steps: u32,
     /// Order of accuracy in time, of the form "primal": 1, or 2, by which swings hardly lose any height.
     pub order: u32,

@@ -80,7 +80,7 @@ const WAITS: u32 = 2;
 
 /// Steps of conjugate gradients that are written down at most, where a Newton step may need so many `iterations`.
 fn steps(iterations: u32, ice: &Ice) -> u32 {
-    let further = NEEDS.saturating_mul(iterations).min(ice.max_iterations).max(iterations);
+    let further = NEEDS.saturating_mul(iterations);
     let all = if ice.newton_steps == 0 { further + WAITS * BETWEEN_NEWTON_STEPS } else { iterations };
     all.saturating_add(MORE_STEPS)
 }

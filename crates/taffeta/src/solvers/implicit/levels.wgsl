@@ -126,9 +126,10 @@ const MOST_STEPS: u32 = 8u;
 /// Energy that Newton steps may leave, relative to that of the motion.
 const LEFT: f32 = 0.01;
 
-/// Whether the solver, where it finds how many Newton steps it takes, may take a further one for a system.
+/// Whether the solver, where it finds how many Newton steps it takes, may take a further one for a system: not after one that ran out
+/// of iterations.
 fn may_go_on(solve: NodeSolve) -> bool {
-    let has_iterations = solve.before + solve.next.iterations < substeps[0].solving.most_iterations;
+    let has_iterations = solve.next.iterations < substeps[0].solving.most_iterations;
     return solve.is_met == 0u && has_iterations && solve.steps < MOST_STEPS - 1u;
 }
 

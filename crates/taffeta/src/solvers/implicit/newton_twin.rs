@@ -27,8 +27,8 @@ impl Twin<'_> {
     }
 
     fn may_go_on(&self, solve: &NodeSolve) -> bool {
-        let all = solve.before + solve.next.iterations;
-        solve.is_met == 0 && all < self.solving.most_iterations && solve.steps + 1 < MOST_STEPS
+        let has_iterations = solve.next.iterations < self.solving.most_iterations;
+        solve.is_met == 0 && has_iterations && solve.steps + 1 < MOST_STEPS
     }
 
     /// What a term of each node adds up to in each group, of one sort.

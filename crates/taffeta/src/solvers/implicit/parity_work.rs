@@ -19,7 +19,7 @@ pub const POISON: u32 = 0x7fff_fff1;
 
 /// Cases of a system's progress, and of all systems' when they are done.
 pub const CASES: usize = 12;
-pub const DONE: usize = 4;
+pub const DONE: usize = 5;
 
 /// The progress of a system of that case, whose sums are `sums`.
 fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> PcgState {
@@ -149,22 +149,23 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         }
         let sums = twin.body_sums(number);
         let solve = &mut twin.work.solves[number];
-        solve.before = if (number + shift) % 5 == 4 { solving.most_iterations } else { (shift % 3) as u32 };
+        solve.before = (shift % 3) as u32;
         (solve.steps, solve.is_met) = ((shift % 3) as u32, u32::from((number + shift) % 4 == 1));
         // A further step at its first product is needed, or not.
         solve.motion = sums[0] * if number % 2 == 0 { 2.0 } else { 0.5 } / LEFT as f32;
         solve.kept = descent(chance, case, sums, &solving);
         solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], &solving);
         let Some(case) = (shift + 1).checked_sub(CASES) else { continue };
-        // All are done, as well as they can be: one may go on; none need; none has steps left; one has no iterations left.
-        (solve.kept.is_done, solve.next.is_done) = (1, 1);
+        // All are done, as well as they can be: one may go on; none need; none has steps left; one has run out of
+        // iterations; one is not done.
+        (solve.kept.is_done, solve.next.is_done) = (1, u32::from(case != 4 || number != 1));
         (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
         (solve.steps, solve.is_met) = (MOST_STEPS - 2 + u32::from(case == 2), 1);
-        if case % 3 != 1 && number == 1 || case == 2 {
+        if case % 3 == 0 && number == 1 || case == 2 {
             solve.is_met = 0;
         }
         if case == 3 {
-            solve.before = solving.most_iterations - solve.next.iterations;
+            solve.next.iterations = solving.most_iterations;
         }
     }
 }

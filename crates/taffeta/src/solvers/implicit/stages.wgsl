@@ -50,8 +50,7 @@ fn next_pcg_state(solve: NodeSolve, sums: vec4f) -> PcgState {
     next.alpha = step.alpha;
     next.beta = step.beta;
     // The step that was found with the error is taken all the same.
-    let all = next.iterations + select(0u, solve.before, substeps[0].solving.is_automatic != 0u);
-    let is_last = is_solved(next) || all == substeps[0].solving.most_iterations;
+    let is_last = is_solved(next) || next.iterations == substeps[0].solving.most_iterations;
     next.is_done = select(0u, 1u, is_last);
     return next;
 }

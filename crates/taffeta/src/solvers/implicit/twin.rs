@@ -406,8 +406,7 @@ impl Twin<'_> {
             return next;
         }
         (next.iterations, next.alpha, next.beta) = (kept.iterations + 1, step.alpha, step.beta);
-        let before = if self.solving.is_automatic != 0 { solve.before } else { 0 };
-        let is_last = self.is_solved(&next) || before + next.iterations == self.solving.most_iterations;
+        let is_last = self.is_solved(&next) || next.iterations == self.solving.most_iterations;
         next.is_done = is_last.into();
         next
     }

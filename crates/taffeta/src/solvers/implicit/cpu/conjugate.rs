@@ -24,7 +24,7 @@ pub struct CgState {
     /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
     error: f64,
     /// In this Newton step, and in all.
-    iterations: u32,
+    pub iterations: u32,
     pub all: u32,
     pub done: bool,
     /// Whether its equations are met, so that it takes no further Newton step.
@@ -298,8 +298,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn judge(&mut self) {
         let ice = &self.primal.ice;
         for body in &mut self.scratch.bodies {
-            let iterations = if ice.newton_steps == 0 { body.all } else { body.iterations };
-            body.done |= body.is_solved(ice.tolerance) || iterations == ice.max_iterations;
+            body.done |= body.is_solved(ice.tolerance) || body.iterations == ice.max_iterations;
         }
     }
 

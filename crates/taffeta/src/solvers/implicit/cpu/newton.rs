@@ -25,7 +25,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.join_systems();
         self.sum_motion();
         for step in 1..=most {
-            self.begin_newton_step(step == 1);
+            self.begin_newton_step();
             if step > 1 && self.is_met() || self.worker.is_stopped() {
                 break;
             }
@@ -49,12 +49,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.report();
     }
 
-    /// Where the solver finds how many steps it takes, a body without iterations left takes none.
-    fn begin_newton_step(&mut self, is_first: bool) {
+    /// Where the solver finds how many steps it takes, none follows one that ran out of iterations.
+    fn begin_newton_step(&mut self) {
         let ice = &self.primal.ice;
-        let most = if ice.newton_steps == 0 && !is_first { ice.max_iterations } else { u32::MAX };
         for body in &mut self.scratch.bodies {
-            body.met |= body.all >= most;
+            body.met |= ice.newton_steps == 0 && body.iterations == ice.max_iterations;
             *body = body.again();
         }
     }

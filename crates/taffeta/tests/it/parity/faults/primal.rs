@@ -157,9 +157,7 @@ pub const FAULTS: &[Fault] = &[
     ("step_nodes", "max(sums.x, kept.whole)", "sums.x"),
     ("step_nodes", "if !step.is_there {", "if false {"),
     ("step_nodes", "done.error <= substeps[0]", "done.error < substeps[0]"),
-    ("step_nodes", "|| all == substeps[0].solving.most_iterations", ""),
-    ("step_nodes", "select(0u, solve.before, substeps[0].solving.is_automatic != 0u)", "solve.before"),
-    ("step_nodes", "select(0u, solve.before, substeps[0].solving.is_automatic != 0u)", "0u"),
+    ("step_nodes", "|| next.iterations == substeps[0].solving.most_iterations", ""),
     ("start_nodes", "&& node_solves[group.solve].is_met == 0u", ""),
     (
         "step_nodes",
