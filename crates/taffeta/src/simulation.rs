@@ -14,6 +14,7 @@ mod options;
 mod seen;
 mod sleeping;
 mod snapshot;
+mod teleport;
 
 #[cfg(feature = "gpu")]
 pub use cost::GpuCost;

@@ -77,6 +77,13 @@ impl Assembly {
         self.extensions.get::<Held>().filter(|_| known).map_or(&[], |held| &held.nodes)
     }
 
+    /// A breakable pin of a body that nothing moves: its joints hold nodes where they started.
+    pub fn pin_in_place(&self, body: usize) -> Option<usize> {
+        let groups = &self.extensions.get::<Held>()?.groups;
+        let stays = |group: &&HeldGroup| group.body == body && group.breaks && group.track.is_none();
+        groups.iter().find(stays).map(|group| group.pin)
+    }
+
     pub(crate) fn held_mut(&mut self) -> &mut Held {
         self.extensions.get_mut()
     }

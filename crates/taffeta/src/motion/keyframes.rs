@@ -1,6 +1,7 @@
 //! Motion by keyframes: rigid for colliders, affine for pins; and scales over time, for loads.
 
 use crate::scene::{Keyframe, Rotation, ScaleKey};
+use glam::DQuat;
 
 /// A motion over time: linear between keyframes, from rest at t = 0, staying after the last.
 #[derive(Clone, Debug, Default)]
@@ -118,6 +119,17 @@ impl Track {
         }
     }
 
+    /// Carries it along at once: from where it is at time `t` [s], first the turn about the origin, then the shift [m].
+    pub fn carry(&mut self, t: f64, turn: Rotation, shift: [f64; 3]) {
+        let from = if self.is_wished(t) { self.keys.first() } else { self.keys.last() };
+        let from = from.cloned().unwrap_or_default();
+        let whole = DQuat::from(turn) * from.rotate.map_or(DQuat::IDENTITY, DQuat::from);
+        let by = pose(&Keyframe { rotate: Some(turn), translate: shift, ..Keyframe::default() });
+        let center = by.apply(std::array::from_fn(|i| from.pivot[i] + from.translate[i]));
+        let translate = std::array::from_fn(|i| center[i] - from.pivot[i]);
+        self.follow_program(vec![Keyframe { t, translate, rotate: Some(whole.into()), ..from }]);
+    }
+
     /// Has it stay for good where it is at a time [s], whatever the scene or the program want after that; or does not.
     pub fn stay_from(&mut self, time: Option<f64>) {
         self.stays_from = time;
@@ -143,14 +155,19 @@ impl Track {
     pub fn pose(&self, t: f64) -> Pose {
         let t = self.stays_from.map_or(t, |from| t.min(from));
         let Some(after) = self.keys.iter().position(|key| key.t > t) else {
-            return self.keys.last().map_or(Pose::REST, |key| pose_of(key, key, 0.0));
+            return self.keys.last().map_or(Pose::REST, pose);
         };
         if after == 0 {
-            return pose_of(&self.keys[0], &self.keys[0], 0.0);
+            return pose(&self.keys[0]);
         }
         let (a, b) = (&self.keys[after - 1], &self.keys[after]);
         pose_of(a, b, (t - a.t) / (b.t - a.t))
     }
+}
+
+/// The pose of a keyframe.
+pub fn pose(key: &Keyframe) -> Pose {
+    pose_of(key, key, 0.0)
 }
 
 /// The pose a share `s` of the way from `a` to `b`.

@@ -36,7 +36,7 @@ impl Pose {
     }
 
     /// Refuses what no keyframe could have. No turn at all needs no axis.
-    fn checked(self) -> Result<Self, InputError> {
+    pub(super) fn checked(self) -> Result<Self, InputError> {
         let Self { rotate, translate } = self;
         let path = Path::of("pose");
         path.key("translate").within(&translate)?;
@@ -255,10 +255,27 @@ impl Simulation {
     /// has the same name and as many nodes here as there. What constraints remember comes along where there are as many.
     /// Nodes held here stand still. Of one that blew up or was stopped it is the last good state, and what constraints remember stays there.
     pub fn adopt_state(&mut self, from: &Self) {
+        let named = |name: &str| from.bodies.iter().position(|body| body.name == name);
+        let pairs = self.bodies.iter().enumerate();
+        let pairs = pairs.filter_map(|(to, body)| Some([to, named(&body.name)?])).collect();
+        self.adopt(from, pairs);
+    }
+
+    /// The same with the first body of each pair, of this simulation, for the second one, of the other, whatever their names are.
+    ///
+    /// # Errors
+    /// Where a body is one of another simulation.
+    pub fn adopt_bodies(&mut self, from: &Self, pairs: &[[BodyHandle; 2]]) -> Result<(), InputError> {
+        let pair = |&[to, other]: &[BodyHandle; 2]| Ok([self.index_of(to)?, from.index_of(other)?]);
+        let pairs = pairs.iter().map(pair).collect::<Result<_, InputError>>()?;
+        self.adopt(from, pairs);
+        Ok(())
+    }
+
+    fn adopt(&mut self, from: &Self, pairs: Vec<[usize; 2]>) {
         self.rouse_all();
-        for to in 0..self.bodies.len() {
-            let name = &self.bodies[to].name;
-            let Some(other) = from.bodies.iter().position(|body| body.name == *name) else { continue };
+        let in_order = pairs.iter().all(|[to, other]| to == other);
+        for [to, other] in pairs {
             let nodes = self.bodies[to].nodes;
             if from.bodies[other].nodes != nodes {
                 continue;
@@ -273,7 +290,7 @@ impl Simulation {
         }
         let (mine, theirs) = (self.backend.solver_state(), from.backend.solver_state());
         let lengths = |all: &SolverState| (all.warm_start.len(), all.active.len(), all.joints.len());
-        if lengths(&mine) == lengths(&theirs) {
+        if in_order && lengths(&mine) == lengths(&theirs) {
             // After a blow-up, or in the middle of a frame, they remember what nobody should.
             let taken =
                 if from.halted.is_some() { SolverState { joints: theirs.joints, ..mine } } else { theirs };

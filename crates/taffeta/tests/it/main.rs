@@ -45,5 +45,6 @@ mod surfaces_pressed;
 mod surfaces_refined;
 mod surfaces_sewn;
 mod tangled;
+mod teleport;
 mod volume;
 mod xpbd;
