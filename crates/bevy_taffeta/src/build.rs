@@ -6,6 +6,7 @@ use crate::collider::SoftCollider;
 use crate::device::Device;
 use crate::drawn::{BodyMesh, all_places, drawn_of, mesh_of, view_into, viewed};
 use crate::pose::{Rigid, place_in_world};
+use crate::refused::{Refusals, named};
 use crate::running::{Carried, Running, RunningBody, RunningCollider};
 use crate::scene::FromScene;
 use crate::step::{DivergenceMessages, Refused};
@@ -67,6 +68,7 @@ pub struct Entities<'w, 's> {
     transforms: Query<'w, 's, &'static GlobalTransform>,
     parents: Query<'w, 's, &'static ChildOf>,
     default_world: Query<'w, 's, Entity, With<DefaultWorld>>,
+    names: Query<'w, 's, NameOrEntity>,
 }
 
 /// What it takes to build simulations, and what is remembered of it.
@@ -75,15 +77,15 @@ pub struct Building<'w, 's> {
     device: Device<'w>,
     meshes: Option<ResMut<'w, Assets<Mesh>>>,
     arrivals: Local<'s, [Arrivals; 2]>,
-    /// Worlds that could not be built as they are.
-    refused: Local<'s, HashSet<Entity>>,
+    /// What worlds were built without.
+    refused: Local<'s, HashMap<Entity, Refusals>>,
 }
 
 /// The bodies and colliders of a world, in order.
-#[derive(Default)]
-struct Members {
-    bodies: Vec<Entity>,
-    colliders: Vec<Entity>,
+#[derive(Default, PartialEq)]
+pub struct Members {
+    pub bodies: Vec<Entity>,
+    pub colliders: Vec<Entity>,
 }
 
 /// Builds the simulations of worlds that have changed.
@@ -104,45 +106,67 @@ pub fn build(
             if world.running.is_some() {
                 commands.entity(world.entity).remove::<Running>();
             }
-        } else if world.is_due(&members, &entities, building.refused.contains(&world.entity)) {
+        } else if world.is_due(&members, &entities, building.refused.get(&world.entity)) {
             if let Some(running) = &mut world.running {
                 // What was submitted and has diverged is not to be gone on from.
                 let polled = running.simulation.poll().map(drop);
                 running.unreported = 0;
                 messages.write(world.entity, running, polled);
             }
-            let plan = Plan { world: &world, members: &members, entities: &entities };
             let clock = Instant::now();
-            match plan.run(&mut building) {
-                Ok(mut running) => {
-                    running.timing.build = clock.elapsed().as_secs_f64();
-                    building.refused.remove(&world.entity);
-                    for body in &running.bodies {
-                        commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
-                    }
-                    commands.entity(world.entity).insert(running);
+            let before = building.refused.remove(&world.entity).unwrap_or_default();
+            let mut refusals = Refusals::default();
+            let built = loop {
+                let left = members.but(&refusals, world.running.as_deref());
+                if left.bodies.is_empty() {
+                    commands.entity(world.entity).remove::<Running>();
+                    break None;
                 }
-                Err(error) => {
-                    error!("taffeta: {error}{}", hint(error.advice()));
-                    building.refused.insert(world.entity);
-                    refused.write(Refused { world: world.entity, error });
+                let plan = Plan { world: &world, entities: &entities, refusals: &refusals };
+                let error = match plan.run(&left, &mut building) {
+                    Ok(running) => break Some(running),
+                    Err(error) => error,
+                };
+                let entity = named(&error, &left.bodies, &left.colliders);
+                let entity = entity.filter(|entity| !refusals.has(*entity));
+                refusals.add(entity, &error);
+                if !before.has_said(entity, &error) {
+                    let name = entities.names.get(entity.unwrap_or(world.entity));
+                    let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
+                    error!("taffeta: {name}{error}{}", hint(error.advice()));
+                    refused.write(Refused { world: world.entity, entity, error });
                 }
+                if entity.is_none() {
+                    break None;
+                }
+            };
+            refusals.unbuilt = built.is_none().then_some(members);
+            if let Some(mut running) = built {
+                running.timing.build = clock.elapsed().as_secs_f64();
+                for body in &running.bodies {
+                    commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
+                }
+                commands.entity(world.entity).insert(running);
             }
+            building.refused.insert(world.entity, refusals);
         }
     }
 }
 
 impl WorldDataItem<'_, '_> {
     /// Whether it is to be built again. What can change while it runs is changed.
-    fn is_due(&mut self, members: &Members, entities: &Entities, refused: bool) -> bool {
+    fn is_due(&mut self, members: &Members, entities: &Entities, refusals: Option<&Refusals>) -> bool {
         let changed = self.world.is_changed() || self.on.is_changed() || members.changed(entities);
         let weather = self.environment.is_changed();
         let environment = &self.environment;
         // A world that was built without air takes none up.
         let lacks_air = |running: &mut Mut<Running>| running.simulation.set_world(environment).is_err();
         let lacks = weather && !changed && self.running.as_mut().is_some_and(lacks_air);
-        let stale = self.running.as_ref().is_none_or(|running| !members.are_those_of(running));
-        if refused { changed || weather } else { changed || lacks || stale }
+        let stale = self.running.as_ref().is_none_or(|running| !members.are_those_of(running, refusals));
+        match refusals.and_then(|refusals| refusals.unbuilt.as_ref()) {
+            Some(then) => changed || weather || then != members,
+            None => changed || lacks || stale,
+        }
     }
 }
 
@@ -170,6 +194,18 @@ impl Arrivals {
 }
 
 impl Entities<'_, '_> {
+    /// Whether what makes a body or collider has changed.
+    fn has_changed(&self, entity: Entity) -> bool {
+        let body = |body: BodyDataItem| {
+            body.cloth.is_some_and(|cloth| cloth.is_changed())
+                || body.soft.is_some_and(|soft| soft.is_changed())
+                || body.material.is_changed()
+                || body.pins.is_changed()
+        };
+        self.bodies.get(entity).is_ok_and(body)
+            || self.colliders.get(entity).is_ok_and(|one| one.collider.is_changed())
+    }
+
     /// Those of each world, in order.
     fn members(&self, worlds: &HashSet<Entity>, arrivals: &mut [Arrivals; 2]) -> HashMap<Entity, Members> {
         let world_of = |entity: Entity| {
@@ -194,41 +230,52 @@ impl Entities<'_, '_> {
 
 impl Members {
     fn changed(&self, entities: &Entities) -> bool {
-        let body = |body: BodyDataItem| {
-            body.cloth.is_some_and(|cloth| cloth.is_changed())
-                || body.soft.is_some_and(|soft| soft.is_changed())
-                || body.material.is_changed()
-                || body.pins.is_changed()
-        };
-        entities.bodies.iter_many(&self.bodies).any(body)
-            || entities.colliders.iter_many(&self.colliders).any(|one| one.collider.is_changed())
+        self.bodies.iter().chain(&self.colliders).any(|&entity| entities.has_changed(entity))
     }
 
-    fn are_those_of(&self, running: &Running) -> bool {
-        running.bodies.iter().map(|body| body.entity).eq(self.bodies.iter().copied())
-            && running.colliders.iter().map(|one| one.entity).eq(self.colliders.iter().copied())
+    /// Whether a simulation has all that are not refused. Of those it may have some, as they were.
+    fn are_those_of(&self, running: &Running, refusals: Option<&Refusals>) -> bool {
+        let Self { bodies, colliders } = self.but(refusals, running);
+        running.bodies.iter().map(|body| body.entity).eq(bodies)
+            && running.colliders.iter().map(|one| one.entity).eq(colliders)
+    }
+
+    /// Those that are not refused, or run.
+    fn but<'a>(
+        &self,
+        refusals: impl Into<Option<&'a Refusals>>,
+        running: impl Into<Option<&'a Running>>,
+    ) -> Self {
+        let (refusals, running) = (refusals.into(), running.into());
+        let is_refused = |entity: &Entity| refusals.is_some_and(|all| all.has(*entity));
+        let runs = |entity: &Entity| running.is_some_and(|running| running.has(*entity));
+        let [bodies, colliders] = [&self.bodies, &self.colliders]
+            .map(|all| all.iter().copied().filter(|entity| !is_refused(entity) || runs(entity)).collect());
+        Self { bodies, colliders }
     }
 }
 
 /// A simulation that is to be built.
 struct Plan<'a, 'w, 's> {
     world: &'a WorldDataItem<'w, 's>,
-    members: &'a Members,
     entities: &'a Entities<'w, 's>,
+    refusals: &'a Refusals,
 }
 
 impl Plan<'_, '_, '_> {
-    fn run(&self, building: &mut Building) -> Result<Running, BuildError> {
+    fn run(&self, members: &Members, building: &mut Building) -> Result<Running, BuildError> {
         let old = self.world.running.as_deref();
         let (mut scene, mut bodies) = (self.settings(), Vec::new());
-        for body in self.entities.bodies.iter_many(&self.members.bodies) {
-            let (described, running) = self.describe(&body, old);
+        for body in self.entities.bodies.iter_many(&members.bodies) {
+            let is_refused = self.refusals.has(body.entity);
+            let as_it_was = old.filter(|_| is_refused).and_then(|old| old.body_as_it_is(body.entity));
+            let (described, running) = as_it_was.unwrap_or_else(|| self.describe(&body, old));
             scene.bodies.push(described);
             bodies.push(running);
         }
         let names = scene.bodies.iter_mut().map(|body| &mut body.name);
-        rename(names.zip(self.members.bodies.iter().copied()));
-        let colliders = self.colliders(&mut scene, old);
+        rename(names.zip(members.bodies.iter().copied()));
+        let colliders = self.colliders(&members.colliders, &mut scene, old);
         let mut simulation = self.simulation(&scene, &mut building.device)?;
         // From a state that diverged nothing goes on.
         match old.filter(|old| !old.halted) {
@@ -267,9 +314,20 @@ impl Plan<'_, '_, '_> {
 
     /// Adds colliders to the scene. One that follows keyframes has left the place that these count from, and another one goes on from
     /// where its last step ended.
-    fn colliders(&self, scene: &mut Scene, old: Option<&Running>) -> Vec<RunningCollider> {
+    fn colliders(
+        &self,
+        members: &[Entity],
+        scene: &mut Scene,
+        old: Option<&Running>,
+    ) -> Vec<RunningCollider> {
         let before = old.map_or(&[][..], |old| &old.colliders);
         let add = |one: ColliderDataItem| {
+            let is_refused = self.refusals.has(one.entity);
+            let as_it_was = old.filter(|_| is_refused).and_then(|old| old.collider_as_it_is(one.entity));
+            if let Some((collider, running)) = as_it_was {
+                scene.colliders.push(collider);
+                return running;
+            }
             let mut collider = one.collider.0.clone();
             let keyed = !collider.motion.is_empty();
             let was = before.iter().find(|was| was.keyed == keyed && was.entity == one.entity);
@@ -286,7 +344,7 @@ impl Plan<'_, '_, '_> {
             scene.colliders.push(collider);
             RunningCollider { entity: one.entity, track, keyed, shown: None }
         };
-        self.entities.colliders.iter_many(&self.members.colliders).map(add).collect()
+        self.entities.colliders.iter_many(members).map(add).collect()
     }
 
     /// A body as the engine takes it, and what is known of it besides.
@@ -313,8 +371,9 @@ impl Plan<'_, '_, '_> {
                 let same = |one: &&Carried| one.pin == index && one.by == by;
                 let track = before.and_then(|before| before.carried.iter().find(same)).map(|one| one.track);
                 let track = track.unwrap_or(Track::new(now, now));
-                pin.motion = vec![track.last.since(&track.start).keyframe()];
-                carried.push(Carried { pin: index, by, track });
+                let carries = Carried { pin: index, by, track };
+                pin.motion = vec![carries.keyframe()];
+                carried.push(carries);
             }
             described.pins.push(pin);
         }

@@ -43,6 +43,7 @@ mod copied;
 mod device;
 mod drawn;
 mod pose;
+mod refused;
 mod running;
 mod scene;
 mod shared;

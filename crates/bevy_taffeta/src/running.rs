@@ -97,6 +97,15 @@ pub struct RunningBody {
     pub carried: Vec<Carried>,
 }
 
+impl RunningBody {
+    /// For a simulation that is built again.
+    pub fn again(&self) -> Self {
+        let Self { entity, start, view, .. } = *self;
+        let (mesh, carried) = (BodyMesh::default(), self.carried.clone());
+        Self { entity, start, mesh, first_vertex: 0, view, copied: None, carried }
+    }
+}
+
 /// How a body of a simulation is drawn.
 ///
 /// ```

@@ -58,15 +58,18 @@ pub struct Frozen {
     pub why: taffeta::Diverged,
 }
 
-/// A world cannot be simulated as it is. If it ran before, it runs on as it was.
+/// A world cannot be simulated as it is, or not with one of its bodies or colliders. That one alone is left out, or goes on as it was,
+/// and is tried again whenever the world is built. Where the error is about none of them, as about a seam, the world is not built: if it
+/// ran before, it runs on as it was. The same is not said twice in a row.
 ///
 /// ```
 /// use bevy::prelude::*;
 /// use bevy_taffeta::prelude::*;
 ///
-/// fn tell(mut messages: MessageReader<Refused>) {
-///     for Refused { world, error, .. } in messages.read() {
-///         warn!("world {world}: {error}");
+/// fn tell(mut messages: MessageReader<Refused>, names: Query<NameOrEntity>) {
+///     for Refused { world, entity, error, .. } in messages.read() {
+///         let whose = names.get(entity.unwrap_or(*world));
+///         warn!("{}: {error}", whose.map_or_else(|_| "despawned".to_owned(), |name| name.to_string()));
 ///     }
 /// }
 /// # let mut app = App::new();
@@ -83,6 +86,8 @@ pub struct Frozen {
 pub struct Refused {
     /// The world.
     pub world: Entity,
+    /// The body or collider that cannot be; without one it is the world.
+    pub entity: Option<Entity>,
     /// What cannot be, by its place in the scene that the entities make up, and what would do.
     pub error: BuildError,
 }

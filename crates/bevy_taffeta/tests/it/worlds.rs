@@ -355,11 +355,82 @@ fn what_cannot_be_is_refused_by_name_and_the_world_runs_on_as_it_was() {
     run(&mut app, 1);
     let [refused] = messages::<Refused>(&app)[..] else { panic!("no message") };
     assert!(refused.error.to_string().contains("body[0].node_mass"), "{}", refused.error);
+    assert_eq!(refused.entity, Some(entity));
     run(&mut app, 3);
     assert_eq!(running(&mut app).simulation().frame(), 7);
     app.world_mut().entity_mut(entity).insert(good);
     run(&mut app, 1);
     assert!(messages::<Refused>(&app).is_empty());
+}
+
+#[test]
+fn a_body_or_collider_that_cannot_be_is_left_out_alone_until_it_changes() {
+    let (mut app, good) = with_sheet();
+    let material = app.world().get::<SoftMaterial>(good).expect("it").clone();
+    let wrong = SoftMaterial { mass: Mass::Node(-1.0), ..material.clone() };
+    let bad = app.world_mut().spawn(sheet()).insert((wrong.clone(), Name::new("cape"))).id();
+    let stone = SoftCollider(taffeta::scene::Collider::sphere([0.0; 3], -0.1));
+    let stone = app.world_mut().spawn((stone, Transform::from_xyz(0.0, -3.0, 0.0))).id();
+    let one = positions(&mut app).len();
+    run(&mut app, 1);
+    let all: Vec<_> = messages::<Refused>(&app).into_iter().map(|one| one.entity).collect();
+    assert_eq!(all, [Some(bad), Some(stone)]);
+    run(&mut app, 4);
+    assert!(messages::<Refused>(&app).is_empty());
+    assert_eq!((positions(&mut app).len(), running(&mut app).simulation().frame()), (one, 5));
+    // Others come and change, and it is no reason to say it again.
+    let third = app.world_mut().spawn(sheet()).id();
+    run(&mut app, 1);
+    assert!(messages::<Refused>(&app).is_empty());
+    assert_eq!(positions(&mut app).len(), 2 * one);
+    app.world_mut().entity_mut(bad).insert(material.clone());
+    app.world_mut().entity_mut(stone).insert(SoftCollider::sphere(0.1));
+    run(&mut app, 1);
+    assert_eq!(positions(&mut app).len(), 3 * one);
+    assert_eq!(running(&mut app).simulation().colliders().len(), 1);
+
+    // One that runs goes on as it was, and what else has changed is taken up.
+    app.world_mut().entity_mut(bad).insert(wrong);
+    app.world_mut().entity_mut(third).despawn();
+    let before = running(&mut app).simulation().frame();
+    run(&mut app, 1);
+    let [refused] = messages::<Refused>(&app)[..] else { panic!("no message") };
+    assert_eq!(refused.entity, Some(bad));
+    run(&mut app, 3);
+    assert_eq!((positions(&mut app).len(), running(&mut app).simulation().frame()), (2 * one, before + 4));
+    let [mass, good] = [bad, good].map(|one| {
+        let body = running(&mut app).body_of(one).expect("it");
+        running(&mut app).scene().bodies[body.index()].mass
+    });
+    assert_eq!(mass, good);
+}
+
+#[test]
+fn a_world_that_lacks_a_body_runs_on_as_it_was_until_that_is_there() {
+    let (mut app, _) = with_sheet();
+    let pulled = app.world_mut().spawn(sheet()).insert(Name::new("pulled")).id();
+    let force = taffeta::scene::Force {
+        body: "pulled".to_owned(),
+        select: Select::nodes([3]),
+        force: Some([0.0, 0.01, 0.0]),
+        torque: None,
+        motion: Vec::new(),
+    };
+    let mut world = app.world_mut().query::<&mut SoftWorld>().single_mut(app.world_mut()).expect("one");
+    world.forces.push(force);
+    run(&mut app, 5);
+    assert!(messages::<Refused>(&app).is_empty());
+    let count = positions(&mut app).len();
+    app.world_mut().entity_mut(pulled).despawn();
+    run(&mut app, 1);
+    let [refused] = messages::<Refused>(&app)[..] else { panic!("no message") };
+    assert!(refused.entity.is_none() && refused.error.to_string().contains("pulled"), "{}", refused.error);
+    run(&mut app, 3);
+    assert!(messages::<Refused>(&app).is_empty());
+    assert_eq!((positions(&mut app).len(), running(&mut app).simulation().frame()), (count, 9));
+    let again = app.world_mut().spawn(sheet()).insert(Name::new("pulled")).id();
+    run(&mut app, 1);
+    assert!(messages::<Refused>(&app).is_empty() && running(&mut app).body_of(again).is_some());
 }
 
 #[test]
