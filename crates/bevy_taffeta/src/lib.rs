@@ -48,6 +48,7 @@ mod running;
 mod scene;
 mod shared;
 mod step;
+mod teleport;
 mod track;
 mod world;
 
@@ -62,6 +63,7 @@ pub use step::{Diverged, Frozen, Refused};
 pub use taffeta;
 pub use taffeta::OnDivergence;
 pub use taffeta_io;
+pub use teleport::TeleportCloth;
 pub use world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, Playback, RunOn, SoftWorld};
 
 use bevy::asset::AssetEventSystems;
@@ -71,7 +73,7 @@ use bevy::prelude::*;
 pub mod prelude {
     pub use crate::{
         Cloth, Diverged, Environment, Frozen, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider,
-        SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
+        SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems, TeleportCloth,
     };
     pub use taffeta::scene::{Air, LayerMask, Layers, Mass, Select, Volume, VolumeForm};
 }

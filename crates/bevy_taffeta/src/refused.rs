@@ -61,7 +61,7 @@ pub fn named(error: &BuildError, bodies: &[Entity], colliders: &[Entity]) -> Opt
 impl Carried {
     /// Where its pins are, as the only keyframe: they can be moved from there.
     pub fn keyframe(&self) -> Keyframe {
-        self.track.last.since(&self.track.start).keyframe()
+        self.track.moved().keyframe()
     }
 }
 
@@ -88,7 +88,7 @@ impl Running {
         let (mut collider, running) = (self.scene.colliders[index].clone(), &self.colliders[index]);
         let mut track = running.track;
         if !running.keyed {
-            let moved = track.last.since(&track.start).transform(Vec3::ONE);
+            let moved = track.moved().transform(Vec3::ONE);
             collider.place = place_in_world(&moved.into(), &collider.place);
             track = track.restarted();
         }

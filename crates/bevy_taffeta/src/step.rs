@@ -3,6 +3,7 @@
 use crate::advice::hint;
 use crate::pose::Rigid;
 use crate::running::Running;
+use crate::track::Far;
 use crate::world::{Playback, RunOn};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -107,8 +108,13 @@ pub fn step(
             continue;
         }
         let seconds = time.delta_secs_f64() * if playback.paused { 0.0 } else { playback.speed.max(0.0) };
-        running.look(seconds, &transforms);
-        let frames = running.due(&mut playback, seconds);
+        let (frames, left_out) = running.due(&mut playback, seconds);
+        let seconds = if playback.paused { f64::from(frames) * running.simulation.dt() } else { seconds };
+        running.look(seconds, &transforms, Far { beyond: playback.teleport_beyond, left_out });
+        if running.jump() && running.shared && frames == 0 {
+            // The state before it is that of elsewhere.
+            running.share = 1.0;
+        }
         let taken = running.take(frames, on);
         messages.write(world, &mut running, taken);
     }
@@ -140,21 +146,22 @@ impl DivergenceMessages<'_> {
 }
 
 impl Running {
-    /// Sees where the entities are that colliders and pins follow, `seconds` of its time after it was asked last.
-    fn look(&mut self, seconds: f64, transforms: &Query<&GlobalTransform>) {
+    /// Sees where the entities are that colliders and pins follow, `seconds` of its time after it was asked last. What is despawned
+    /// stands where it was.
+    fn look(&mut self, seconds: f64, transforms: &Query<&GlobalTransform>, far: Far) {
         let colliders = self.colliders.iter_mut().filter(|one| !one.keyed);
         let colliders = colliders.map(|one| (one.entity, &mut one.track));
         let carried = self.bodies.iter_mut().flat_map(|body| &mut body.carried);
         for (entity, track) in colliders.chain(carried.map(|one| (one.by, &mut one.track))) {
-            // One that is despawned stands where it was.
-            let now = transforms.get(entity).map_or(track.seen(), Rigid::of);
-            track.see(now, seconds);
+            if let Ok(transform) = transforms.get(entity) {
+                track.see(Rigid::of(transform), seconds, far);
+            }
         }
     }
 
-    /// The number of frames that are due after `seconds` more. The last one ends at Bevy's clock or later, so that nothing is drawn
-    /// that is older than the clock.
-    fn due(&mut self, playback: &mut Playback, seconds: f64) -> u32 {
+    /// The number of frames that are due after `seconds` more, and whether there are too many, so that time is left out. The last one
+    /// ends at Bevy's clock or later, so that nothing is drawn that is older than the clock.
+    fn due(&mut self, playback: &mut Playback, seconds: f64) -> (u32, bool) {
         if playback.paused {
             let frames = playback.single_frames.min(playback.most_frames.max(1));
             if frames > 0 {
@@ -162,7 +169,7 @@ impl Running {
                 // A single frame is to be seen whole.
                 (self.ahead, self.share) = (0.0, 1.0);
             }
-            return frames;
+            return (frames, false);
         }
         let dt = self.simulation.dt();
         self.ahead -= seconds;
@@ -170,7 +177,7 @@ impl Running {
         let frames = due.min(f64::from(playback.most_frames));
         self.ahead = if frames < due { 0.0 } else { self.ahead + due * dt };
         self.share = (1.0 - self.ahead / dt).clamp(0.0, 1.0) as f32;
-        frames as u32
+        (frames as u32, frames < due)
     }
 
     /// Takes some frames, through which colliders and pins go evenly to where their entities will be at the end.

@@ -17,6 +17,17 @@ pub struct Track {
     took: f64,
     /// How fast it goes, by its last two moves.
     rates: [Rate; 2],
+    /// The motion by which it was put elsewhere, until what follows it was, too.
+    jumped: Option<Rigid>,
+}
+
+/// When an entity has not moved but was put elsewhere.
+#[derive(Clone, Copy)]
+pub struct Far {
+    /// Distance from where its speed brings it [m].
+    pub beyond: f64,
+    /// Whether a part of the time since is left out, so that its distance from where it was counts.
+    pub left_out: bool,
 }
 
 /// Linear [m/s] and angular velocity [rad/s].
@@ -33,7 +44,7 @@ const STOPPED: f64 = 1.5;
 impl Track {
     /// An entity that is `now` there, and stands.
     pub fn new(start: Rigid, now: Rigid) -> Self {
-        Self { start, last: now, seen: now, since: 0.0, took: 0.0, rates: [Rate::default(); 2] }
+        Self { start, last: now, seen: now, since: 0.0, took: 0.0, rates: [Rate::default(); 2], jumped: None }
     }
 
     /// The same for what starts where this has brought it.
@@ -41,15 +52,20 @@ impl Track {
         Self { start: self.last, ..self }
     }
 
-    /// Where the entity was seen last.
-    pub fn seen(&self) -> Rigid {
-        self.seen
-    }
-
-    /// Notes that the entity is `now` there, so many `seconds` after it was seen last.
-    pub fn see(&mut self, now: Rigid, seconds: f64) {
+    /// Notes that the entity is `now` there, so many `seconds` of its world after it was seen last. While a world stands still nothing
+    /// is noted, as nothing can follow.
+    pub fn see(&mut self, now: Rigid, seconds: f64, far: Far) {
+        if seconds <= 0.0 {
+            return;
+        }
         self.since += seconds;
         if now != self.seen {
+            let expected = if far.left_out { self.seen } else { self.expected(self.since) };
+            if now.shift.distance(expected.shift) > far.beyond {
+                let motion = now.since(&self.seen);
+                *self = Self { jumped: Some(motion), seen: now, ..Self::new(self.start, self.last) };
+                return;
+            }
             let rate = Rate::between(&self.seen, &now, self.since);
             (self.rates, self.took) = ([rate, self.rates[0]], self.since);
             (self.seen, self.since) = (now, 0.0);
@@ -58,13 +74,39 @@ impl Track {
         }
     }
 
+    /// The motion by which the entity was put elsewhere, once.
+    pub fn take_jump(&mut self) -> Option<Rigid> {
+        self.jumped.take()
+    }
+
+    /// Where what follows it would be by a motion, from the start.
+    pub fn carried(&self, motion: &Rigid) -> Rigid {
+        motion.after(&self.last).since(&self.start)
+    }
+
+    /// Notes that what follows it was carried along.
+    pub fn carry(&mut self, motion: &Rigid) {
+        self.last = motion.after(&self.last);
+    }
+
+    /// Expects the entity to be carried along, too: then it has not jumped.
+    pub fn expect(&mut self, motion: &Rigid) {
+        let seen = motion.after(&self.seen);
+        *self = Self { seen, ..Self::new(self.start, self.last) };
+    }
+
+    /// Where what follows it is, from the start.
+    pub fn moved(&self) -> Rigid {
+        self.last.since(&self.start)
+    }
+
     /// Sends what follows the entity a `share` of the rest of the way to where it will be `ahead` seconds from now. `None` where it is
     /// there.
     pub fn follow(&mut self, share: f64, ahead: f64) -> Option<Rigid> {
         let to = self.expected(ahead);
         (to != self.last).then(|| {
             self.last = if share < 1.0 { self.last.toward(&to, share) } else { to };
-            self.last.since(&self.start)
+            self.moved()
         })
     }
 
@@ -108,7 +150,8 @@ mod tests {
     fn seen(all: &[[f64; 2]]) -> Track {
         let start = at(all[0][0], all[0][1]);
         let mut track = Track::new(start, start);
-        all[1..].iter().for_each(|&[x, angle]| track.see(at(x, angle), 0.01));
+        let far = Far { beyond: f64::INFINITY, left_out: false };
+        all[1..].iter().for_each(|&[x, angle]| track.see(at(x, angle), 0.01, far));
         track
     }
 
@@ -135,6 +178,34 @@ mod tests {
         // It is moved in each second of these times.
         let track = seen(&[[0.0, 0.0], [0.0, 0.0], [0.2, 0.0], [0.2, 0.0], [0.4, 0.0], [0.4, 0.0]]);
         assert!((track.expected(0.01).shift.x - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_not_where_its_speed_brings_it_has_jumped() {
+        let evenly = [[0.0, 0.0], [3.0, 0.0], [6.0, 0.0]];
+        let mut track = seen(&evenly);
+        // A frame that takes five times as long.
+        track.see(at(21.0, 0.0), 0.05, Far { beyond: 2.0, left_out: false });
+        assert!(track.take_jump().is_none() && track.seen == at(21.0, 0.0));
+        track.see(at(27.0, 0.5), 0.01, Far { beyond: 2.0, left_out: false });
+        let motion = track.take_jump().unwrap();
+        assert!(motion.after(&at(21.0, 0.0)).shift.distance(at(27.0, 0.0).shift) < 1e-12);
+        assert!(track.take_jump().is_none() && track.expected(0.01) == at(27.0, 0.5));
+        track.carry(&motion);
+        // Steps that are left out do not follow.
+        let mut track = seen(&evenly);
+        track.see(at(21.0, 0.0), 0.05, Far { beyond: 2.0, left_out: true });
+        assert!(track.take_jump().is_some());
+    }
+
+    #[test]
+    fn what_moves_while_a_world_stands_still_has_jumped_once_that_goes_on() {
+        let mut track = seen(&[[0.0, 0.0]]);
+        let far = Far { beyond: 2.0, left_out: false };
+        (1..5).for_each(|step| track.see(at(f64::from(step), 0.0), 0.0, far));
+        assert!(track.take_jump().is_none() && track.seen == at(0.0, 0.0));
+        track.see(at(4.0, 0.0), 0.01, far);
+        assert!(track.take_jump().is_some());
     }
 
     #[test]

@@ -110,11 +110,15 @@ pub struct Playback {
     /// Most frames that are taken at once. What Bevy's clock asks for beyond is left out: the world is then slower than
     /// the clock.
     pub most_frames: u32,
+    /// What carries pins, or is a collider, and is seen farther than this [m] from where it should be by its speed is taken to be put
+    /// elsewhere: its cloth is carried along at once, and nothing is swept in between. So is what moves farther than this while the
+    /// world stands still, or in time that is left out ([`Self::most_frames`]).
+    pub teleport_beyond: f64,
 }
 
 impl Default for Playback {
     fn default() -> Self {
-        Self { paused: false, speed: 1.0, single_frames: 0, most_frames: 4 }
+        Self { paused: false, speed: 1.0, single_frames: 0, most_frames: 4, teleport_beyond: 1.0 }
     }
 }
 

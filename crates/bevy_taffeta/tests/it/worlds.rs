@@ -260,6 +260,122 @@ fn what_is_carried_is_drawn_where_its_carrier_is_at_any_rate_of_frames() {
 }
 
 #[test]
+fn cloth_goes_along_with_a_carrier_that_is_put_elsewhere() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let hand = app.world_mut().spawn(Transform::from_xyz(0.3, 0.0, 0.0)).id();
+    let ball = SoftCollider::sphere(0.1);
+    let ball = app.world_mut().spawn((ball, ChildOf(hand), Transform::from_xyz(0.0, -0.3, 0.0))).id();
+    let sheet = app.world_mut().spawn(sheet()).insert(Pins::carry(Select::nodes([0, 6]), hand)).id();
+    ready(&mut app);
+    run(&mut app, 29);
+    let earlier = drawn(&app, sheet);
+    run(&mut app, 1);
+    let stretch = running(&mut app).simulation().report().max_stretch;
+    let (before, start) = (drawn(&app, sheet), *app.world().get::<GlobalTransform>(hand).expect("it"));
+    let to = Transform::from_xyz(50.0, 2.0, -7.0).with_rotation(Quat::from_rotation_y(2.0));
+    *app.world_mut().get_mut::<Transform>(hand).expect("it") = to;
+    run(&mut app, 1);
+    let now = drawn(&app, sheet);
+    for ((now, before), earlier) in now.iter().zip(&before).zip(&earlier) {
+        // It swings on by a step.
+        let on = 2.0 * before - earlier;
+        let there = to.transform_point(start.affine().inverse().transform_point3(on));
+        assert!(now.distance(there) < 0.02, "{now}, not {there}");
+    }
+    run(&mut app, 20);
+    assert!(running(&mut app).simulation().report().max_stretch < 1.5 * stretch);
+    let ball = app.world().get::<GlobalTransform>(ball).expect("it").translation();
+    assert!(drawn(&app, sheet).iter().all(|x| x.distance(ball) > 0.1));
+}
+
+/// A sheet whose corners a hand carries, after half a second, and what it stretches by then.
+fn with_hand() -> (App, [Entity; 2], f64) {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let hand = app.world_mut().spawn(Transform::default()).id();
+    let sheet = app.world_mut().spawn(sheet()).insert(Pins::carry(Select::nodes([0, 6]), hand)).id();
+    ready(&mut app);
+    run(&mut app, 30);
+    let stretch = running(&mut app).simulation().report().max_stretch;
+    (app, [hand, sheet], stretch)
+}
+
+fn put(app: &mut App, hand: Entity, at: Vec3) {
+    app.world_mut().get_mut::<Transform>(hand).expect("it").translation = at;
+}
+
+/// Runs on, and returns the largest stretch.
+fn stretch_of(app: &mut App, frames: u32) -> f64 {
+    let of = |app: &mut App| {
+        run(app, 1);
+        running(app).simulation().report().max_stretch
+    };
+    (0..frames).map(|_| of(app)).fold(0.0, f64::max)
+}
+
+#[test]
+fn cloth_is_put_elsewhere_on_demand_with_its_carrier_or_comes_back_to_it() {
+    for hand_goes in [true, false] {
+        let (mut app, [hand, body], stretch) = with_hand();
+        let before = drawn(&app, body)[38];
+        let by = Transform::from_xyz(0.0, 30.0, 0.0);
+        app.world_mut().commands().queue(TeleportCloth { body, by });
+        if hand_goes {
+            put(&mut app, hand, by.translation);
+        }
+        assert!(stretch_of(&mut app, 20) < 1.2 * stretch);
+        let now = drawn(&app, body)[38];
+        let there = before + if hand_goes { by.translation } else { Vec3::ZERO };
+        assert!(now.distance(there) < 0.3, "{now}, not {there}");
+    }
+}
+
+#[test]
+fn a_carrier_that_moves_far_while_its_world_stands_still_takes_its_cloth_along() {
+    let (mut app, [hand, body], stretch) = with_hand();
+    let before = drawn(&app, body)[38];
+    set(&mut app, Playback { paused: true, ..default() });
+    for step in 1..=20 {
+        put(&mut app, hand, Vec3::X * 0.5 * step as f32);
+        run(&mut app, 1);
+    }
+    assert_eq!(drawn(&app, body)[38], before);
+    set(&mut app, Playback::default());
+    assert!(stretch_of(&mut app, 20) < 1.2 * stretch);
+    let now = drawn(&app, body)[38];
+    assert!(now.distance(before + Vec3::X * 10.0) < 0.3, "{now}");
+}
+
+#[test]
+fn a_carrier_goes_on_through_a_frame_that_takes_a_second() {
+    let (mut app, [hand, body], _) = with_hand();
+    let speed = 5.0;
+    let mut at = 0.0;
+    let mut go = |app: &mut App, seconds: f32| {
+        at += speed * seconds;
+        put(app, hand, Vec3::X * at);
+        let clock = std::time::Duration::from_secs_f32(seconds);
+        app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(clock));
+        run(app, 1);
+        at
+    };
+    for _ in 0..30 {
+        go(&mut app, 1.0 / 60.0);
+    }
+    let stretch = running(&mut app).simulation().report().max_stretch;
+    // Bevy's clock leaves out what is more than a quarter of a second, and the world what is more than four frames.
+    go(&mut app, 1.0);
+    let mut most = 0.0_f64;
+    for _ in 0..30 {
+        let at = go(&mut app, 1.0 / 60.0);
+        most = most.max(running(&mut app).simulation().report().max_stretch);
+        assert!((drawn(&app, body)[0].x - (at - 0.3)).abs() < 0.05, "{} at {at}", drawn(&app, body)[0]);
+    }
+    assert!(most < 1.3 * stretch, "{most} after {stretch}");
+}
+
+#[test]
 fn parameters_may_change_while_a_world_runs() {
     let (mut app, entity) = with_sheet();
     run(&mut app, 60);

@@ -164,9 +164,9 @@ fn what_lay_on_a_body_that_is_put_elsewhere_wakes_up_and_falls() {
             Body::cloth(name, Mesh::grid(6, 6, [0.3, 0.3])).with_mass(Mass::Node(0.01)).at([0.0, y, 0.0]);
         Body { self_collision: Some(touching), ..sheet.structural(40.0, 0.5).shear(20.0, 0.5) }
     };
-    let lower = sheet("lower", 0.0).pin(Select::nodes(0..36));
+    let lower = sheet("lower", 0.0).pin(Select::nodes((0..36).collect::<Vec<_>>()));
     let mut scene = Scene::new("asleep").body(lower).body(sheet("upper", 0.0101)).time(0.01, 1e-3);
-    scene.world.sleep = Some(Sleep::default());
+    scene.sleep = Some(Sleep::default());
     let mut simulation = build_as(&scene, Precision::F64, 1);
     while simulation.report().asleep < 2 {
         assert!(simulation.step().unwrap().time < 10.0, "{:?}", simulation.report());
@@ -193,7 +193,7 @@ fn cloth_that_a_collider_is_put_into_is_pushed_out_of_it() {
         let deepest = |simulation: &Simulation| {
             let mut distances = Vec::new();
             simulation.collider_distances(1.0, &mut distances);
-            distances.into_iter().fold(f64::INFINITY, f64::min)
+            distances.into_iter().fold(f32::INFINITY, f32::min)
         };
         let mut all = vec![(deepest(&simulation), simulation.report().max_stretch)];
         for _ in 0..40 {
