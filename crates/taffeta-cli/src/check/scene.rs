@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use taffeta::diagnostics::culprit::Culprit;
 use taffeta::diagnostics::tension::Tension;
-use taffeta::scene::{ConstraintForm, Method, Scene, Seam, Solver};
+use taffeta::scene::{Collider, ConstraintForm, Method, Scene, Seam, Solver};
 use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
 use taffeta_io::Loaded;
 use taffeta_io::program::{Failure, one_line};
@@ -129,6 +129,8 @@ struct BodyReport {
     volume: Option<f64>,
     /// Stretch up to which its layers stop each other; null where they do not touch.
     layers_hold_to: Option<f64>,
+    /// As layers have it.
+    does_not_meet: Apart,
     repairs: Vec<String>,
 }
 
@@ -144,6 +146,17 @@ struct ColliderReport {
     keyframes: usize,
     poses: usize,
     repairs: Vec<String>,
+    /// Names of bodies that it does not meet, as layers have it, and whether these are all.
+    does_not_meet: Vec<String>,
+    #[serde(skip)]
+    meets_none: bool,
+}
+
+/// Names of other bodies and of colliders.
+#[derive(Serialize)]
+struct Apart {
+    bodies: Vec<String>,
+    colliders: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -169,8 +182,8 @@ impl Report {
         Self {
             scene: path.display().to_string(),
             title: loaded.scene.title.clone(),
-            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
-            colliders: simulation.colliders().iter().map(ColliderReport::of).collect(),
+            bodies: bodies(&loaded.scene, simulation),
+            colliders: colliders(&loaded.scene, simulation),
             seams: loaded.scene.seams.iter().zip(simulation.seam_pair_counts()).map(SeamReport::of).collect(),
             memory_bytes: simulation.memory(),
             contact_list_bytes: Some(loaded.scene.memory_needed().contact_lists).filter(|lists| lists[1] > 0),
@@ -332,7 +345,7 @@ impl SeamReport {
 }
 
 impl BodyReport {
-    fn of(body: &BodyInfo) -> Self {
+    fn of(body: &BodyInfo, does_not_meet: Apart) -> Self {
         Self {
             name: body.name.clone(),
             nodes: body.nodes,
@@ -348,6 +361,7 @@ impl BodyReport {
             closed: body.rest_volume.is_some(),
             volume: body.rest_volume,
             layers_hold_to: body.slips_from,
+            does_not_meet,
             repairs: body.repairs.clone(),
         }
     }
@@ -391,13 +405,20 @@ impl BodyReport {
         if let Some(stretch) = self.layers_hold_to {
             lines.push(format!("  self-collision: layers stop each other up to a stretch of {stretch:.2}"));
         }
+        for (kind, names) in
+            [("body", &self.does_not_meet.bodies), ("collider", &self.does_not_meet.colliders)]
+        {
+            if !names.is_empty() {
+                lines.push(format!("  layers: does not meet {}", listed(kind, names)));
+            }
+        }
         lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::repaired(repair))));
         lines
     }
 }
 
 impl ColliderReport {
-    fn of(collider: &ColliderInfo) -> Self {
+    fn of(collider: &ColliderInfo, does_not_meet: Vec<String>, meets_none: bool) -> Self {
         Self {
             name: collider.name.clone(),
             shape: collider.shape,
@@ -406,6 +427,8 @@ impl ColliderReport {
             keyframes: collider.keyframes,
             poses: collider.poses,
             repairs: collider.repairs.clone(),
+            does_not_meet,
+            meets_none,
         }
     }
 
@@ -420,9 +443,56 @@ impl ColliderReport {
                 words += &format!(", {} {what}{}", grouped(number), if number == 1 { "" } else { "s" });
             }
         }
+        let layers = match &self.does_not_meet[..] {
+            [] => None,
+            _ if self.meets_none => Some("  layers: meets no body".to_owned()),
+            names => Some(format!("  layers: does not meet {}", listed("body", names))),
+        };
         let repairs = self.repairs.iter().map(|repair| format!("  {}", console::repaired(repair)));
-        std::iter::once(words).chain(repairs).collect()
+        std::iter::once(words).chain(layers).chain(repairs).collect()
     }
+}
+
+fn bodies(scene: &Scene, simulation: &Simulation) -> Vec<BodyReport> {
+    let of = |(index, body): (usize, &BodyInfo)| {
+        let own = &scene.bodies[index].layers;
+        let others = scene.bodies.iter().enumerate();
+        let bodies = others.filter(|(other, body)| *other != index && !own.meets(&body.layers));
+        let colliders = scene.colliders.iter().zip(simulation.colliders());
+        let colliders = colliders.filter(|(collider, _)| !own.meets(&collider.layers));
+        let apart = Apart {
+            bodies: bodies.map(|(_, body)| body.name.clone()).collect(),
+            colliders: colliders.map(|(_, collider)| collider.name.clone()).collect(),
+        };
+        BodyReport::of(body, apart)
+    };
+    simulation.bodies().iter().enumerate().map(of).collect()
+}
+
+fn colliders(scene: &Scene, simulation: &Simulation) -> Vec<ColliderReport> {
+    let of = |(described, collider): (&Collider, &ColliderInfo)| {
+        let apart = scene.bodies.iter().filter(|body| !described.layers.meets(&body.layers));
+        let does_not_meet: Vec<String> = apart.map(|body| body.name.clone()).collect();
+        let meets_none = does_not_meet.len() == scene.bodies.len();
+        ColliderReport::of(collider, does_not_meet, meets_none)
+    };
+    scene.colliders.iter().zip(simulation.colliders()).map(of).collect()
+}
+
+/// The names of some bodies or colliders, the first ones where they are many.
+fn listed(kind: &str, names: &[String]) -> String {
+    const FIRST: usize = 4;
+    let first: Vec<String> = names.iter().take(FIRST).map(|name| format!("`{name}`")).collect();
+    let more = match names.len().saturating_sub(FIRST) {
+        0 => String::new(),
+        more => format!(" and {} more", grouped(more)),
+    };
+    let kind = match (kind, names.len()) {
+        (kind, 1) => kind.to_owned(),
+        ("body", _) => "bodies".to_owned(),
+        (kind, _) => format!("{kind}s"),
+    };
+    format!("{kind} {}{more}", first.join(", "))
 }
 
 fn form(solver: &Solver) -> Option<ConstraintForm> {

@@ -285,3 +285,55 @@ fn every_bench_prints_one_line_with_the_contract_s_fields() {
         assert!(line["particle_substeps_per_s"].is_number() && line["springs_per_s"].is_number());
     }
 }
+
+/// Two sheets and two colliders; the second of each is in layer 1 alone, and meets that alone.
+#[test]
+fn a_check_names_what_layers_keep_apart() {
+    let desk = Desk::with(
+        r#"
+[[body]]
+name = "shirt"
+mesh.grid = { rows = 4, cols = 4, size = [0.3, 0.3] }
+material.preset = "cotton"
+layers = { memberships = [0], filter = [0] }
+[[body]]
+name = "cape"
+mesh.grid = { rows = 4, cols = 4, size = [0.3, 0.3] }
+material.preset = "cotton"
+place.position = [0.0, 1.0, 0.0]
+layers = { memberships = [1], filter = [1] }
+[[collider]]
+name = "arm"
+sphere = { center = [0.0, -1.0, 0.0], radius = 0.1 }
+layers = { memberships = [0, 1], filter = [0] }
+[[collider]]
+name = "lost"
+sphere = { center = [0.0, -2.0, 0.0], radius = 0.1 }
+layers = { memberships = [2], filter = [2] }
+[[collider]]
+name = "floor"
+plane = { point = [0.0, -3.0, 0.0] }
+"#,
+    );
+    let (out, err, code) = ending(desk.taffeta(&["check", "scene.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    let of = |name: &str| -> Vec<&str> {
+        let after = out.lines().skip_while(|line| !line.contains(&format!("`{name}`: "))).skip(1);
+        after.take_while(|line| line.starts_with("  ")).filter(|line| line.starts_with("  layers")).collect()
+    };
+    assert_eq!(
+        of("shirt"),
+        ["  layers: does not meet body `cape`", "  layers: does not meet collider `lost`"]
+    );
+    assert_eq!(
+        of("cape"),
+        ["  layers: does not meet body `shirt`", "  layers: does not meet colliders `arm`, `lost`"]
+    );
+    assert_eq!(of("arm"), ["  layers: does not meet body `cape`"]);
+    assert_eq!(of("lost"), ["  layers: meets no body"]);
+    assert!(of("floor").is_empty(), "{out}");
+    let (out, _, _) = ending(desk.taffeta(&["check", "scene.toml", "--json"]));
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["bodies"][1]["does_not_meet"]["colliders"], serde_json::json!(["arm", "lost"]));
+    assert_eq!(json["colliders"][2]["does_not_meet"], serde_json::json!([]));
+}
