@@ -42,6 +42,7 @@ mod collider;
 mod copied;
 mod device;
 mod drawn;
+mod mesh;
 mod pose;
 mod refused;
 mod running;
@@ -55,6 +56,7 @@ mod world;
 pub use body::{BodyPlace, BodyVelocity, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
 pub use collider::{SoftCollider, collider_mesh};
 pub use device::SharedGpu;
+pub use mesh::FromMesh3d;
 pub use running::{DrawnBody, Running, Timing};
 pub use scene::{
     FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene,
@@ -72,8 +74,9 @@ use bevy::prelude::*;
 /// What most programs need.
 pub mod prelude {
     pub use crate::{
-        Cloth, Diverged, Environment, Frozen, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider,
-        SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems, TeleportCloth,
+        Cloth, Diverged, Environment, FromMesh3d, Frozen, Pins, Playback, Refused, RunOn, SoftBody,
+        SoftCollider, SoftMaterial, SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
+        TeleportCloth,
     };
     pub use taffeta::scene::{Air, LayerMask, Layers, Mass, Select, Volume, VolumeForm};
 }
@@ -154,7 +157,7 @@ impl Plugin for TaffetaPlugin {
                 (Build, Step, Draw).chain().after(TransformSystems::Propagate).before(AssetEventSystems),
             )
             .add_systems(PreUpdate, scene::spawn_loaded.in_set(Spawn))
-            .add_systems(PostUpdate, build::build.in_set(Build))
+            .add_systems(PostUpdate, (mesh::make_bodies, build::build).chain().in_set(Build))
             .add_systems(PostUpdate, (step::step, step::show_colliders).chain().in_set(Step))
             .add_systems(PostUpdate, (drawn::aim, copied::draw, collider::show_shapes).chain().in_set(Draw));
         app.register_asset_loader(SceneLoader::of(app));

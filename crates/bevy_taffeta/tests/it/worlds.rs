@@ -376,6 +376,52 @@ fn a_carrier_goes_on_through_a_frame_that_takes_a_second() {
 }
 
 #[test]
+fn any_mesh_that_is_drawn_becomes_cloth_or_a_collider_and_what_cannot_is_refused() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    // Its edge at -x is red, on black.
+    let mut mesh = Plane3d::new(Vec3::Y, Vec2::splat(0.4)).mesh().subdivisions(7).build();
+    let at =
+        mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|at| at.as_float3()).expect("positions").to_vec();
+    let is_red = |at: &[f32; 3]| at[0] < -0.39;
+    let colours: Vec<[f32; 4]> =
+        at.iter().map(|at| [f32::from(u8::from(is_red(at))), 0.0, 0.0, 1.0]).collect();
+    mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+    let lines = Mesh::new(bevy::mesh::PrimitiveTopology::LineList, bevy::asset::RenderAssetUsages::all())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0_f32; 3]; 2]);
+    let mut add = |mesh: Mesh| Mesh3d(app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh));
+    let [sheet, ball, lines] = [add(mesh), add(Sphere::new(0.1).mesh().ico(3).expect("it")), add(lines)];
+    let late = Handle::<Mesh>::default();
+    let held = Pins::hold(Select::group("red"));
+    let material = SoftMaterial::new(Mass::Area(0.2)).structural(50.0, 0.02);
+    let at_height = Transform::from_xyz(0.0, 1.0, 0.0);
+    let cloth = app.world_mut().spawn((sheet, FromMesh3d::Cloth, material, held, at_height)).id();
+    let ball = app.world_mut().spawn((ball, FromMesh3d::Collider, Transform::from_xyz(0.3, 0.8, 0.0))).id();
+    let bad = app.world_mut().spawn((lines, FromMesh3d::Cloth)).id();
+    let waits = app.world_mut().spawn((Mesh3d(late), FromMesh3d::Cloth)).id();
+    ready(&mut app);
+    let [refused] = messages::<Refused>(&app)[..] else { panic!("no message") };
+    assert_eq!(refused.entity, Some(bad));
+    assert!(refused.error.to_string().contains("LineList"), "{}", refused.error);
+    assert!(
+        app.world().get::<FromMesh3d>(waits).is_some() && app.world().get::<SoftCollider>(ball).is_some()
+    );
+    run(&mut app, 40);
+    let now = drawn(&app, cloth);
+    assert_eq!(now.len(), at.len());
+    let (mut fell, center) = (0.0_f32, Vec3::new(0.3, 0.8, 0.0));
+    for (now, before) in now.iter().zip(&at) {
+        let start = Vec3::from(*before) + Vec3::Y;
+        if is_red(before) {
+            assert!(now.distance(start) < 1e-5, "{now} was held at {start}");
+        }
+        fell = fell.max(start.y - now.y);
+        assert!(now.distance(center) > 0.098, "{now} is in the ball");
+    }
+    assert!(fell > 0.2, "{fell} m");
+}
+
+#[test]
 fn parameters_may_change_while_a_world_runs() {
     let (mut app, entity) = with_sheet();
     run(&mut app, 60);

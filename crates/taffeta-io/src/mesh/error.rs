@@ -24,7 +24,8 @@ pub struct MeshError {
 }
 
 impl MeshError {
-    pub(super) fn new(message: impl Into<String>) -> Self {
+    /// An error in a mesh given as data, for what reads meshes of its own.
+    pub fn new(message: impl Into<String>) -> Self {
         Self { file: String::new(), line: None, message: message.into() }
     }
 

@@ -456,6 +456,11 @@ impl Select {
     pub fn cols(first: u32, last: u32) -> Self {
         Self { cols: Some([first, last]), ..Self::default() }
     }
+
+    /// A group of a mesh by its name.
+    pub fn group(name: impl Into<String>) -> Self {
+        Self { group: Some(name.into()), ..Self::default() }
+    }
 }
 
 impl Body {
