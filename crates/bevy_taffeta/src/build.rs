@@ -30,9 +30,9 @@ pub struct BodyData {
     soft: Option<Ref<'static, SoftBody>>,
     material: Ref<'static, SoftMaterial>,
     pins: Ref<'static, Pins>,
-    place: Option<&'static BodyPlace>,
-    velocity: Option<&'static BodyVelocity>,
-    name: Option<&'static Name>,
+    place: Option<Ref<'static, BodyPlace>>,
+    velocity: Option<Ref<'static, BodyVelocity>>,
+    name: Option<Ref<'static, Name>>,
     from: Option<&'static FromScene>,
     transform: &'static GlobalTransform,
 }
@@ -42,7 +42,7 @@ pub struct BodyData {
 pub struct ColliderData {
     entity: Entity,
     collider: Ref<'static, SoftCollider>,
-    name: Option<&'static Name>,
+    name: Option<Ref<'static, Name>>,
     from: Option<&'static FromScene>,
     transform: &'static GlobalTransform,
 }
@@ -99,6 +99,7 @@ pub fn build(
 ) {
     let all = worlds.iter().map(|world| world.entity).collect();
     let mut members = entities.members(&all, &mut building.arrivals);
+    building.refused.retain(|world, _| all.contains(world));
     for mut world in &mut worlds {
         let members = members.remove(&world.entity).unwrap_or_default();
         if members.bodies.is_empty() {
@@ -128,9 +129,10 @@ pub fn build(
                     Err(error) => error,
                 };
                 let entity = named(&error, &left.bodies, &left.colliders);
-                let entity = entity.filter(|entity| !refusals.has(*entity));
-                refusals.add(entity, &error);
-                if !before.has_said(entity, &error) {
+                let entity = entity.filter(|entity| !refusals.is_out(*entity));
+                let runs = |entity| world.running.as_deref().is_some_and(|running| running.has(entity));
+                let is_new = refusals.add(entity, &error, entity.is_some_and(runs));
+                if is_new && !before.has_said(entity, &error) {
                     let name = entities.names.get(entity.unwrap_or(world.entity));
                     let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
                     error!("taffeta: {name}{error}{}", hint(error.advice()));
@@ -156,14 +158,20 @@ pub fn build(
 impl WorldDataItem<'_, '_> {
     /// Whether it is to be built again. What can change while it runs is changed.
     fn is_due(&mut self, members: &Members, entities: &Entities, refusals: Option<&Refusals>) -> bool {
-        let changed = self.world.is_changed() || self.on.is_changed() || members.changed(entities);
+        let unbuilt = refusals.and_then(|refusals| refusals.unbuilt.as_ref());
+        let mut refused = refusals
+            .into_iter()
+            .flat_map(Refusals::entities)
+            .chain(unbuilt.into_iter().flat_map(Members::all));
+        let mended = refused.any(|entity| entities.was_mended(entity));
+        let changed = mended || self.world.is_changed() || self.on.is_changed() || members.changed(entities);
         let weather = self.environment.is_changed();
         let environment = &self.environment;
         // A world that was built without air takes none up.
         let lacks_air = |running: &mut Mut<Running>| running.simulation.set_world(environment).is_err();
         let lacks = weather && !changed && self.running.as_mut().is_some_and(lacks_air);
         let stale = self.running.as_ref().is_none_or(|running| !members.are_those_of(running, refusals));
-        match refusals.and_then(|refusals| refusals.unbuilt.as_ref()) {
+        match unbuilt {
             Some(then) => changed || weather || then != members,
             None => changed || lacks || stale,
         }
@@ -206,6 +214,17 @@ impl Entities<'_, '_> {
             || self.colliders.get(entity).is_ok_and(|one| one.collider.is_changed())
     }
 
+    /// Whether something else has changed of a body or collider, which is taken up only where that was refused.
+    fn was_mended(&self, entity: Entity) -> bool {
+        let body = |body: BodyDataItem| {
+            body.place.is_some_and(|place| place.is_changed())
+                || body.velocity.is_some_and(|velocity| velocity.is_changed())
+                || body.name.is_some_and(|name| name.is_changed())
+        };
+        self.bodies.get(entity).is_ok_and(body)
+            || self.colliders.get(entity).is_ok_and(|one| one.name.is_some_and(|name| name.is_changed()))
+    }
+
     /// Those of each world, in order.
     fn members(&self, worlds: &HashSet<Entity>, arrivals: &mut [Arrivals; 2]) -> HashMap<Entity, Members> {
         let world_of = |entity: Entity| {
@@ -229,8 +248,12 @@ impl Entities<'_, '_> {
 }
 
 impl Members {
+    fn all(&self) -> impl Iterator<Item = Entity> {
+        self.bodies.iter().chain(&self.colliders).copied()
+    }
+
     fn changed(&self, entities: &Entities) -> bool {
-        self.bodies.iter().chain(&self.colliders).any(|&entity| entities.has_changed(entity))
+        self.all().any(|entity| entities.has_changed(entity))
     }
 
     /// Whether a simulation has all that are not refused. Of those it may have some, as they were.
@@ -248,9 +271,14 @@ impl Members {
     ) -> Self {
         let (refusals, running) = (refusals.into(), running.into());
         let is_refused = |entity: &Entity| refusals.is_some_and(|all| all.has(*entity));
+        let is_out = |entity: &Entity| refusals.is_some_and(|all| all.is_out(*entity));
         let runs = |entity: &Entity| running.is_some_and(|running| running.has(*entity));
-        let [bodies, colliders] = [&self.bodies, &self.colliders]
-            .map(|all| all.iter().copied().filter(|entity| !is_refused(entity) || runs(entity)).collect());
+        let [bodies, colliders] = [&self.bodies, &self.colliders].map(|all| {
+            all.iter()
+                .copied()
+                .filter(|entity| !is_refused(entity) || runs(entity) && !is_out(entity))
+                .collect()
+        });
         Self { bodies, colliders }
     }
 }
@@ -276,10 +304,19 @@ impl Plan<'_, '_, '_> {
         let names = scene.bodies.iter_mut().map(|body| &mut body.name);
         rename(names.zip(members.bodies.iter().copied()));
         let colliders = self.colliders(&members.colliders, &mut scene, old);
+        let names = scene.colliders.iter_mut().map(|collider| &mut collider.name);
+        let named = names.zip(members.colliders.iter().copied());
+        rename(named.filter(|(name, _)| !name.is_empty()));
         let mut simulation = self.simulation(&scene, &mut building.device)?;
         // From a state that diverged nothing goes on.
         match old.filter(|old| !old.halted) {
-            Some(old) => simulation.adopt_state(&old.simulation),
+            Some(old) => {
+                let pair = |(index, body): (usize, &RunningBody)| {
+                    Some([simulation.bodies()[index].handle, old.body_of(body.entity)?])
+                };
+                let pairs: Vec<_> = bodies.iter().enumerate().filter_map(pair).collect();
+                simulation.adopt_bodies(&old.simulation, &pairs).expect("handles of these two");
+            }
             None => simulation
                 .warnings()
                 .iter()
@@ -338,7 +375,7 @@ impl Plan<'_, '_, '_> {
             let (scale, ..) = one.transform.to_scale_rotation_translation();
             let from = was.map_or(*one.transform, |_| track.start.transform(scale).into());
             collider.place = place_in_world(&from, &collider.place);
-            if let Some(name) = one.name {
+            if let Some(name) = &one.name {
                 collider.name = name.to_string();
             }
             scene.colliders.push(collider);
@@ -357,10 +394,11 @@ impl Plan<'_, '_, '_> {
             (None, None) => Body::cloth("", scene::Mesh::chain(2, 1.0)),
         };
         let mut described = body.material.put(described);
-        described.name = body.name.map_or_else(|| format!("body {}", body.entity), Name::to_string);
+        described.name =
+            body.name.as_ref().map_or_else(|| format!("body {}", body.entity), |name| name.to_string());
         described.place =
-            place_in_world(&start, &body.place.map_or_else(Place::default, |place| place.0.clone()));
-        let BodyVelocity { linear, angular } = body.velocity.copied().unwrap_or_default();
+            place_in_world(&start, &body.place.as_ref().map_or_else(Place::default, |place| place.0.clone()));
+        let BodyVelocity { linear, angular } = body.velocity.as_deref().copied().unwrap_or_default();
         let turned = |vector| (Rigid::of(&start).turn * DVec3::from_array(vector)).to_array();
         (described.velocity, described.angular_velocity) = (turned(linear), turned(angular));
         let mut carried = Vec::new();
@@ -407,7 +445,7 @@ impl Plan<'_, '_, '_> {
     }
 }
 
-/// Gives bodies of one name names of their own.
+/// Gives bodies or colliders of one name names of their own.
 fn rename<'a>(names: impl Iterator<Item = (&'a mut String, Entity)>) {
     let mut seen = HashSet::new();
     for (name, entity) in names {

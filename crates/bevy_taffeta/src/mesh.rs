@@ -13,8 +13,9 @@ use taffeta::topology::{Polygons, Surface, Uvs};
 use taffeta_io::{MeshError, surface_from};
 
 /// Makes cloth, a soft body or a collider of the mesh that the entity is drawn with, once that is loaded, as [`Cloth::from_mesh`] does. The
-/// mesh may come from any asset: of a glTF, the entity with `Mesh3d` is a child of the node. What cannot be made a body is
-/// [refused](Refused), and is drawn as it was.
+/// mesh may come from any asset: of a glTF, the entity with `Mesh3d` is a child of the node. A body is drawn by a mesh of its own from
+/// then on, with its first texture coordinates, but without tangents and vertex colours. What cannot be made a body, as a mesh that a
+/// skin moves, is [refused](Refused), and is drawn as it was.
 ///
 /// ```
 /// use bevy::prelude::*;

@@ -12,11 +12,18 @@ use taffeta::scene::{Body, Collider, Keyframe};
 #[derive(Default)]
 pub struct Refusals {
     /// Bodies and colliders that it is built without, or as they were, and what is wrong with each.
-    entities: HashMap<Entity, String>,
+    entities: HashMap<Entity, Refusal>,
     /// What is wrong with the world itself.
     whole: Option<String>,
     /// What it had when it could not be built at all.
     pub unbuilt: Option<Members>,
+}
+
+/// What is wrong with a body or collider.
+struct Refusal {
+    what: String,
+    /// Whether it cannot be as it was either.
+    is_out: bool,
 }
 
 impl Refusals {
@@ -25,17 +32,42 @@ impl Refusals {
         self.entities.contains_key(&entity)
     }
 
-    /// Adds what is wrong with an entity, or else the world.
-    pub fn add(&mut self, entity: Option<Entity>, error: &BuildError) {
-        match entity {
-            Some(entity) => drop(self.entities.insert(entity, without_number(error))),
-            None => self.whole = Some(without_number(error)),
+    /// Whether an entity cannot be as it was either, or was not there.
+    pub fn is_out(&self, entity: Entity) -> bool {
+        self.entities.get(&entity).is_some_and(|refusal| refusal.is_out)
+    }
+
+    /// All of them.
+    pub fn entities(&self) -> impl Iterator<Item = Entity> {
+        self.entities.keys().copied()
+    }
+
+    /// Adds what is wrong with an entity, or with the world where there is none; `runs`: whether it can be tried as it was. Returns
+    /// whether that is new.
+    pub fn add(&mut self, entity: Option<Entity>, error: &BuildError, runs: bool) -> bool {
+        let Some(entity) = entity else {
+            self.whole = Some(without_number(error));
+            return true;
+        };
+        match self.entities.get_mut(&entity) {
+            Some(refusal) => {
+                refusal.is_out = true;
+                false
+            }
+            None => {
+                let what = without_number(error);
+                self.entities.insert(entity, Refusal { what, is_out: !runs });
+                true
+            }
         }
     }
 
     /// Whether the same was wrong.
     pub fn has_said(&self, entity: Option<Entity>, error: &BuildError) -> bool {
-        let said = entity.map_or(self.whole.as_ref(), |entity| self.entities.get(&entity));
+        let said = match entity {
+            Some(entity) => self.entities.get(&entity).map(|refusal| &refusal.what),
+            None => self.whole.as_ref(),
+        };
         said == Some(&without_number(error))
     }
 }

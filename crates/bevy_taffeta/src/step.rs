@@ -109,8 +109,9 @@ pub fn step(
         }
         let seconds = time.delta_secs_f64() * if playback.paused { 0.0 } else { playback.speed.max(0.0) };
         let (frames, left_out) = running.due(&mut playback, seconds);
-        let seconds = if playback.paused { f64::from(frames) * running.simulation.dt() } else { seconds };
-        running.look(seconds, &transforms, Far { beyond: playback.teleport_beyond, left_out });
+        let taken = f64::from(frames) * running.simulation.dt();
+        let far = Far { beyond: playback.teleport_beyond, taken: left_out.then_some(taken) };
+        running.look(if playback.paused { taken } else { seconds }, &transforms, far);
         if running.jump() && running.shared && frames == 0 {
             // The state before it is that of elsewhere.
             running.share = 1.0;

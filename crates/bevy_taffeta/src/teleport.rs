@@ -42,8 +42,8 @@ impl Command for TeleportCloth {
 }
 
 impl Running {
-    /// Carries a body along in the world at once, as `by`, a motion in the world without scale, has it: its velocities and its pins
-    /// with it. What carries those is to be put there, too; where that jumps farther than
+    /// Carries a body along in the world at once, as `by`, a motion in the world without scale, has it: its velocities and its pins,
+    /// and bodies that are sewn to it. What carries those is to be put there, too; where that jumps farther than
     /// [`Playback::teleport_beyond`](crate::Playback::teleport_beyond), this happens by itself.
     ///
     /// # Errors
@@ -54,53 +54,96 @@ impl Running {
             return Err(InputError::NoBody { name: body.to_string(), known });
         };
         let motion = Rigid::of(&by.into());
-        self.carry_along(index, &motion)?;
-        self.bodies[index].carried.iter_mut().for_each(|one| one.track.expect(&motion));
+        let sewn = self.sewn().into_iter().find(|sewn| sewn.contains(&index)).unwrap_or_default();
+        let bodies: Vec<(usize, Rigid)> = sewn.into_iter().map(|index| (index, motion)).collect();
+        self.put(&bodies, &[])?;
+        for (index, _) in bodies {
+            self.bodies[index].carried.iter_mut().for_each(|one| one.track.expect(&motion));
+        }
         self.share = 1.0;
         Ok(())
     }
 
     /// Puts what follows entities that were put elsewhere there. Returns whether there was something.
     pub(crate) fn jump(&mut self) -> bool {
-        let refused = |error: InputError| warn_once!("taffeta: {error}");
-        let mut jumped = false;
-        for (index, one) in self.colliders.iter_mut().enumerate() {
-            let Some(motion) = one.track.take_jump() else { continue };
-            let collider = self.simulation.colliders()[index].handle;
-            let to = one.track.carried(&motion).pose();
-            match self.simulation.teleport_collider(collider, to) {
-                Ok(()) => {
-                    one.track.carry(&motion);
-                    jumped = true;
-                }
-                Err(error) => refused(error),
+        let colliders = self.colliders.iter_mut().enumerate();
+        let colliders: Vec<(usize, Rigid)> =
+            colliders.filter_map(|(index, one)| Some((index, one.track.take_jump()?))).collect();
+        let mut bodies: Vec<(usize, Rigid)> = Vec::new();
+        for sewn in self.sewn() {
+            let pins: usize = sewn.iter().map(|&index| self.scene.bodies[index].pins.len()).sum();
+            let mut jumps = Vec::new();
+            for &index in &sewn {
+                let carried = self.bodies[index].carried.iter_mut();
+                jumps.extend(carried.filter_map(|one| one.track.take_jump()));
+            }
+            // What is also held by something that has stayed is pulled.
+            if jumps.len() == pins
+                && let Some(&motion) = jumps.first()
+            {
+                bodies.extend(sewn.into_iter().map(|index| (index, motion)));
             }
         }
-        for index in 0..self.bodies.len() {
-            let carried = self.bodies[index].carried.iter_mut();
-            let jumps: Vec<Rigid> = carried.filter_map(|one| one.track.take_jump()).collect();
-            // Where carriers were put to places of their own, the pins of the others follow from there.
-            if let Some(motion) = jumps.first() {
-                match self.carry_along(index, motion) {
-                    Ok(()) => jumped = true,
-                    Err(error) => refused(error),
-                }
+        if bodies.is_empty() && colliders.is_empty() {
+            return false;
+        }
+        if self.put(&bodies, &colliders).is_err() {
+            // One of them cannot be, as a pin of it follows keyframes: it goes there as it can, and the others at once.
+            let each = bodies.iter().map(|one| (std::slice::from_ref(one), &[][..]));
+            let each = each.chain(colliders.iter().map(|one| (&[][..], std::slice::from_ref(one))));
+            for (body, collider) in each {
+                self.put(body, collider).unwrap_or_else(|error| warn_once!("taffeta: {error}"));
             }
         }
-        jumped
+        true
     }
 
-    /// Carries a body along in the world, what is drawn of it, and what follows the carriers of its pins.
-    fn carry_along(&mut self, index: usize, motion: &Rigid) -> Result<(), InputError> {
-        let body = self.simulation.bodies()[index].handle;
-        self.simulation.teleport_body(body, motion.pose())?;
+    /// Carries bodies along, what is drawn of them, and what follows the carriers of their pins; and colliders.
+    fn put(&mut self, bodies: &[(usize, Rigid)], colliders: &[(usize, Rigid)]) -> Result<(), InputError> {
+        let simulation = &self.simulation;
+        let of_body = |(index, motion): &(usize, Rigid)| (simulation.bodies()[*index].handle, motion.pose());
+        let of_collider = |(index, motion): &(usize, Rigid)| {
+            let to = self.colliders[*index].track.carried(motion);
+            (simulation.colliders()[*index].handle, to.pose())
+        };
+        let handles: Vec<_> = bodies.iter().map(of_body).collect();
+        let of_colliders: Vec<_> = colliders.iter().map(of_collider).collect();
+        self.simulation.teleport(&handles, &of_colliders)?;
+        for (index, motion) in colliders {
+            self.colliders[*index].track.carry(motion);
+        }
+        for (index, motion) in bodies {
+            self.bodies[*index].carried.iter_mut().for_each(|one| one.track.carry(motion));
+            let is_frozen = self.simulation.frozen().iter().any(|one| one.body as usize == *index);
+            if !is_frozen {
+                self.carry_drawn(*index, motion);
+            }
+        }
+        Ok(())
+    }
+
+    fn carry_drawn(&mut self, index: usize, motion: &Rigid) {
         let first = self.bodies[index].first_vertex;
         let vertices = first..first + self.simulation.bodies()[index].vertices;
         for place in self.copied.iter_mut().filter_map(|all| all.get_mut(vertices.clone())).flatten() {
             *place = (motion.turn * Vec3::from(*place).as_dvec3() + motion.shift).as_vec3().to_array();
         }
         self.bodies[index].copied = None;
-        self.bodies[index].carried.iter_mut().for_each(|one| one.track.carry(motion));
-        Ok(())
+    }
+
+    /// Bodies that seams join, by index: each body is in one of the sets.
+    fn sewn(&self) -> Vec<Vec<usize>> {
+        let mut set_of: Vec<usize> = (0..self.bodies.len()).collect();
+        for seam in &self.scene.seams {
+            let ends = [&seam.from.body, &seam.to.body];
+            let index = |name: &String| self.scene.bodies.iter().position(|body| body.name == *name);
+            if let [Some(a), Some(b)] = ends.map(index) {
+                let (kept, gone) = (set_of[a], set_of[b]);
+                set_of.iter_mut().filter(|set| **set == gone).for_each(|set| *set = kept);
+            }
+        }
+        let members = |set| set_of.iter().enumerate().filter(move |(_, of)| **of == set);
+        let sets = (0..self.bodies.len()).map(|set| members(set).map(|(index, _)| index).collect());
+        sets.filter(|members: &Vec<usize>| !members.is_empty()).collect()
     }
 }

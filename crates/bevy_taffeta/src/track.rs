@@ -17,6 +17,8 @@ pub struct Track {
     took: f64,
     /// How fast it goes, by its last two moves.
     rates: [Rate; 2],
+    /// How fast its last move was, even if it was put elsewhere by that.
+    tried: Rate,
     /// The motion by which it was put elsewhere, until what follows it was, too.
     jumped: Option<Rigid>,
 }
@@ -26,8 +28,8 @@ pub struct Track {
 pub struct Far {
     /// Distance from where its speed brings it [m].
     pub beyond: f64,
-    /// Whether a part of the time since is left out, so that its distance from where it was counts.
-    pub left_out: bool,
+    /// The time [s] that is not left out of that since it was seen last, where some is: what it went in the rest counts.
+    pub taken: Option<f64>,
 }
 
 /// Linear [m/s] and angular velocity [rad/s].
@@ -44,7 +46,8 @@ const STOPPED: f64 = 1.5;
 impl Track {
     /// An entity that is `now` there, and stands.
     pub fn new(start: Rigid, now: Rigid) -> Self {
-        Self { start, last: now, seen: now, since: 0.0, took: 0.0, rates: [Rate::default(); 2], jumped: None }
+        let (rates, tried) = ([Rate::default(); 2], Rate::default());
+        Self { start, last: now, seen: now, since: 0.0, took: 0.0, rates, tried, jumped: None }
     }
 
     /// The same for what starts where this has brought it.
@@ -59,19 +62,28 @@ impl Track {
             return;
         }
         self.since += seconds;
-        if now != self.seen {
-            let expected = if far.left_out { self.seen } else { self.expected(self.since) };
-            if now.shift.distance(expected.shift) > far.beyond {
-                let motion = now.since(&self.seen);
-                *self = Self { jumped: Some(motion), seen: now, ..Self::new(self.start, self.last) };
-                return;
+        if now == self.seen {
+            if self.since > STOPPED * self.took {
+                self.rates = [Rate::default(); 2];
             }
-            let rate = Rate::between(&self.seen, &now, self.since);
-            (self.rates, self.took) = ([rate, self.rates[0]], self.since);
-            (self.seen, self.since) = (now, 0.0);
-        } else if self.since > STOPPED * self.took {
-            self.rates = [Rate::default(); 2];
+            return;
         }
+        let rate = Rate::between(&self.seen, &now, self.since);
+        let expected = self.expected(far.taken.unwrap_or(self.since));
+        let is_far = |from: Rigid| now.shift.distance(from.shift) > far.beyond;
+        // What has gone as far before goes so fast.
+        let goes_on = far.taken.is_none() && !is_far(self.tried.bring(&self.seen, self.since));
+        if is_far(self.seen) && is_far(expected) && !goes_on {
+            let motion = now.since(&expected);
+            self.jumped = Some(motion);
+            self.rates = self.rates.map(|rate| rate.turned(motion.turn));
+        } else {
+            self.rates = [rate, self.rates[0]];
+        }
+        if far.taken.is_none() {
+            self.tried = rate;
+        }
+        (self.took, self.seen, self.since) = (self.since, now, 0.0);
     }
 
     /// The motion by which the entity was put elsewhere, once.
@@ -91,8 +103,8 @@ impl Track {
 
     /// Expects the entity to be carried along, too: then it has not jumped.
     pub fn expect(&mut self, motion: &Rigid) {
-        let seen = motion.after(&self.seen);
-        *self = Self { seen, ..Self::new(self.start, self.last) };
+        self.seen = motion.after(&self.seen);
+        self.rates = self.rates.map(|rate| rate.turned(motion.turn));
     }
 
     /// Where what follows it is, from the start.
@@ -116,17 +128,26 @@ impl Track {
             let [a, b] = self.rates.each_ref().map(of);
             if a.length_squared() < b.length_squared() { a } else { b }
         };
-        let [shift, turn] =
-            [slower(|rate| rate.linear), slower(|rate| rate.angular)].map(|rate| rate * ahead);
-        if shift == DVec3::ZERO && turn == DVec3::ZERO {
-            return self.seen;
-        }
-        let turned = DQuat::from_scaled_axis(turn) * self.seen.turn;
-        Rigid { turn: turned.normalize(), shift: self.seen.shift + shift }
+        let rate = Rate { linear: slower(|rate| rate.linear), angular: slower(|rate| rate.angular) };
+        rate.bring(&self.seen, ahead)
     }
 }
 
 impl Rate {
+    /// Where it brings something in a time [s].
+    fn bring(&self, from: &Rigid, seconds: f64) -> Rigid {
+        let [shift, turn] = [self.linear, self.angular].map(|rate| rate * seconds);
+        if shift == DVec3::ZERO && turn == DVec3::ZERO {
+            return *from;
+        }
+        let turned = DQuat::from_scaled_axis(turn) * from.turn;
+        Rigid { turn: turned.normalize(), shift: from.shift + shift }
+    }
+
+    fn turned(self, turn: DQuat) -> Self {
+        Self { linear: turn * self.linear, angular: turn * self.angular }
+    }
+
     fn between(before: &Rigid, now: &Rigid, seconds: f64) -> Self {
         if seconds <= 0.0 {
             return Self::default();
@@ -150,7 +171,7 @@ mod tests {
     fn seen(all: &[[f64; 2]]) -> Track {
         let start = at(all[0][0], all[0][1]);
         let mut track = Track::new(start, start);
-        let far = Far { beyond: f64::INFINITY, left_out: false };
+        let far = Far { beyond: f64::INFINITY, taken: None };
         all[1..].iter().for_each(|&[x, angle]| track.see(at(x, angle), 0.01, far));
         track
     }
@@ -181,27 +202,38 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_where_its_speed_brings_it_has_jumped() {
+    fn what_is_not_where_its_speed_brings_it_has_jumped_and_goes_on_from_there() {
         let evenly = [[0.0, 0.0], [3.0, 0.0], [6.0, 0.0]];
+        let far = Far { beyond: 2.0, taken: None };
         let mut track = seen(&evenly);
         // A frame that takes five times as long.
-        track.see(at(21.0, 0.0), 0.05, Far { beyond: 2.0, left_out: false });
+        track.see(at(21.0, 0.0), 0.05, far);
         assert!(track.take_jump().is_none() && track.seen == at(21.0, 0.0));
-        track.see(at(27.0, 0.5), 0.01, Far { beyond: 2.0, left_out: false });
+        track.see(at(30.0, 0.0), 0.01, far);
         let motion = track.take_jump().unwrap();
-        assert!(motion.after(&at(21.0, 0.0)).shift.distance(at(27.0, 0.0).shift) < 1e-12);
-        assert!(track.take_jump().is_none() && track.expected(0.01) == at(27.0, 0.5));
-        track.carry(&motion);
-        // Steps that are left out do not follow.
+        assert!(motion.shift.distance(DVec3::X * 6.0) < 1e-9 && track.take_jump().is_none());
+        assert!(track.expected(0.01).shift.distance(at(33.0, 0.0).shift) < 1e-9);
+        // Of a longer time a hundredth of a second is simulated.
         let mut track = seen(&evenly);
-        track.see(at(21.0, 0.0), 0.05, Far { beyond: 2.0, left_out: true });
-        assert!(track.take_jump().is_some());
+        track.see(at(21.0, 0.0), 0.05, Far { taken: Some(0.01), ..far });
+        assert!(track.take_jump().unwrap().shift.distance(DVec3::X * 12.0) < 1e-9);
+        assert!(track.expected(0.01).shift.distance(at(24.0, 0.0).shift) < 1e-9);
+    }
+
+    #[test]
+    fn what_is_faster_than_that_jumps_once() {
+        let mut track = seen(&[[0.0, 0.0]]);
+        let jumps = [5.0, 10.0, 15.0, 20.0, 20.0, 25.0].map(|x| {
+            track.see(at(x, 0.0), 0.01, Far { beyond: 2.0, taken: None });
+            track.take_jump().is_some()
+        });
+        assert_eq!(jumps, [true, false, false, false, false, true]);
     }
 
     #[test]
     fn what_moves_while_a_world_stands_still_has_jumped_once_that_goes_on() {
         let mut track = seen(&[[0.0, 0.0]]);
-        let far = Far { beyond: 2.0, left_out: false };
+        let far = Far { beyond: 2.0, taken: None };
         (1..5).for_each(|step| track.see(at(f64::from(step), 0.0), 0.0, far));
         assert!(track.take_jump().is_none() && track.seen == at(0.0, 0.0));
         track.see(at(4.0, 0.0), 0.01, far);

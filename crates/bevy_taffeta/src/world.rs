@@ -110,9 +110,10 @@ pub struct Playback {
     /// Most frames that are taken at once. What Bevy's clock asks for beyond is left out: the world is then slower than
     /// the clock.
     pub most_frames: u32,
-    /// What carries pins, or is a collider, and is seen farther than this [m] from where it should be by its speed is taken to be put
-    /// elsewhere: its cloth is carried along at once, and nothing is swept in between. So is what moves farther than this while the
-    /// world stands still, or in time that is left out ([`Self::most_frames`]).
+    /// What carries pins, or is a collider, and is seen farther than this [m] from where its speed brings it is taken to be put
+    /// elsewhere: a body of which it carries all pins is carried along at once, with what is sewn to it, and nothing is swept in
+    /// between. So is what moves farther than this while the world stands still, or in time that is left out
+    /// ([`Self::most_frames`]). A body that something else holds as well is pulled.
     pub teleport_beyond: f64,
 }
 
