@@ -67,3 +67,24 @@ pub fn sheet() -> impl Bundle {
         Pins::hold(Select::nodes([0, 6])),
     )
 }
+
+/// An app with a sheet, and that.
+pub fn with_sheet() -> (App, Entity) {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let sheet = app.world_mut().spawn(sheet()).id();
+    ready(&mut app);
+    (app, sheet)
+}
+
+pub fn messages<M: Message>(app: &App) -> Vec<&M> {
+    app.world().resource::<Messages<M>>().iter_current_update_messages().collect()
+}
+
+/// Places of a body's mesh.
+pub fn drawn(app: &App, body: Entity) -> Vec<Vec3> {
+    let mesh = app.world().get::<Mesh3d>(body).expect("a mesh").0.clone();
+    let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
+    let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3());
+    places.expect("places").iter().map(|place| Vec3::from(*place)).collect()
+}
