@@ -2,6 +2,7 @@
 
 use crate::pose::Rigid;
 use crate::running::Running;
+use crate::track::Track;
 use bevy::ecs::system::Command;
 use bevy::prelude::*;
 use taffeta::InputError;
@@ -66,6 +67,10 @@ impl Running {
 
     /// Puts what follows entities that were put elsewhere there. Returns whether there was something.
     pub(crate) fn jump(&mut self) -> bool {
+        let carried = self.bodies.iter().flat_map(|body| &body.carried).map(|one| &one.track);
+        if !self.colliders.iter().map(|one| &one.track).chain(carried).any(Track::has_jumped) {
+            return false;
+        }
         let colliders = self.colliders.iter_mut().enumerate();
         let colliders: Vec<(usize, Rigid)> =
             colliders.filter_map(|(index, one)| Some((index, one.track.take_jump()?))).collect();

@@ -86,6 +86,11 @@ impl Track {
         (self.took, self.seen, self.since) = (self.since, now, 0.0);
     }
 
+    /// Whether the entity was put elsewhere.
+    pub fn has_jumped(&self) -> bool {
+        self.jumped.is_some()
+    }
+
     /// The motion by which the entity was put elsewhere, once.
     pub fn take_jump(&mut self) -> Option<Rigid> {
         self.jumped.take()
