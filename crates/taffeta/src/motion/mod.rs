@@ -12,3 +12,4 @@ pub mod held_gpu;
 pub mod keyframes;
 pub mod moving;
 pub mod pins;
+pub mod poses;

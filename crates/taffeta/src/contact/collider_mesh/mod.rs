@@ -6,7 +6,6 @@ pub mod gpu;
 pub mod hull;
 #[cfg(feature = "gpu")]
 pub mod parity_scene;
-pub mod poses;
 pub mod surface;
 pub mod tree;
 pub mod triangle;

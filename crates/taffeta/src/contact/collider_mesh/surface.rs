@@ -7,12 +7,12 @@
 //! a deforming mesh move on straight lines from pose to pose.
 
 use crate::contact::collider_mesh::hull::hull;
-use crate::contact::collider_mesh::poses::{self, Timing};
 use crate::contact::collider_mesh::tree::{Candidates, Tree};
 use crate::contact::collider_mesh::triangle::{
     Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal,
 };
 use crate::contact::colliders::rigid::Rigid;
+use crate::motion::poses::{self, Timing};
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{Collider, Mesh, SceneError, Shape};
 use crate::topology::ground;

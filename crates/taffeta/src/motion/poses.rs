@@ -1,6 +1,6 @@
 //! Poses of a mesh: those of the scene, resampled by sub-steps.
 
-use crate::contact::collider_mesh::triangle::between;
+use crate::real::{add, scale, sub};
 use crate::scene::LARGEST_LENGTH;
 use crate::scene::{Poses, SceneError};
 use crate::topology::{Surface, measure};
@@ -63,7 +63,7 @@ pub fn at(poses: &[Pose], time: f64) -> Pose {
 }
 
 fn mixed(from: &Pose, to: &Pose, fraction: f64) -> Pose {
-    from.iter().zip(to).map(|(from, to)| between(*from, *to, fraction)).collect()
+    from.iter().zip(to).map(|(from, to)| add(*from, scale(sub(*to, *from), fraction))).collect()
 }
 
 /// Fraction of the mesh's volume by which a pose may be inverted, so that a mesh can be laid flat.
