@@ -1,12 +1,11 @@
 //! Meshes and poses of colliders.
 
-use super::files::{NOT_STOOD_IN_FOR, found};
+use super::files::NOT_STOOD_IN_FOR;
 use super::folders::{Folders, Unusable};
 use super::{LoadError, SceneSource, poses};
-use crate::mesh::{MeshOptions, UNUSED, load_moved, load_pose, take_off};
+use crate::mesh::{MeshOptions, UNUSED, load_moved};
 use std::sync::Arc;
 use taffeta::scene::{Collider, Mesh};
-use taffeta::topology::Surface;
 
 /// Replaces the files that a collider names by what is in them.
 pub(super) fn fill(
@@ -51,63 +50,11 @@ pub(super) fn fill(
             }
         }
     }
-    fill_poses(collider, moved, path, folders, source)
+    let (path, mesh) = (format!("{path}.poses"), collider.mesh.as_ref());
+    collider.poses.as_mut().map_or(Ok(()), |given| poses::fill(given, (mesh, moved), &path, folders, source))
 }
 
 /// Its own name or, without one, its place in the scene.
 fn name(collider: &Collider, path: &str) -> String {
     if collider.name.is_empty() { path.to_owned() } else { collider.name.clone() }
-}
-
-/// Reads the poses of a mesh, which all move as it was `moved` to the origin [m].
-fn fill_poses(
-    collider: &mut Collider,
-    moved: [f64; 3],
-    path: &str,
-    folders: &Folders<'_>,
-    source: &SceneSource,
-) -> Result<(), LoadError> {
-    let Some(poses) = &mut collider.poses else { return Ok(()) };
-    let surface = match &collider.mesh {
-        Some(Mesh::Surface(surface)) => surface,
-        Some(_) => {
-            let what =
-                "`poses` are those of a mesh from a file, and this mesh is from none; mesh.file would do";
-            return Err(source.at_path(&format!("{path}.poses"), what));
-        }
-        None => return Ok(()),
-    };
-    let mut all = Vec::new();
-    if let Some(name) = &poses.file {
-        let place = format!("{path}.poses.file");
-        let file = found(folders, name, &place, source)?;
-        all = poses::read(folders, &file, surface.vertices.len())
-            .map_err(|what| source.at_path(&place, what))?;
-    }
-    for (index, name) in poses.files.iter().enumerate() {
-        let place = format!("{path}.poses.files[{index}]");
-        let file = found(folders, name, &place, source)?;
-        let pose = load_pose(&file, &folders.options(), surface)
-            .map_err(|error| source.at_path(&place, error.to_string()))?;
-        all.push(pose);
-    }
-    all.iter_mut().for_each(|pose| take_off(pose, moved));
-    let vertices = first_vertices(surface);
-    let by_node =
-        |pose: Vec<[f64; 3]>| Arc::new(vertices.iter().map(|&vertex| pose[vertex]).collect::<Vec<_>>());
-    poses.nodes.extend(all.into_iter().map(by_node));
-    Ok(())
-}
-
-/// A vertex at each node.
-fn first_vertices(surface: &Surface) -> Vec<usize> {
-    let Some(nodes) = &surface.node_of_vertex else { return (0..surface.nodes.len()).collect() };
-    let mut first = vec![None; surface.nodes.len()];
-    for (vertex, &node) in nodes.iter().enumerate().rev().filter(|(_, node)| **node != u32::MAX) {
-        first[node as usize] = Some(vertex);
-    }
-    let of = |(node, vertex): (usize, Option<usize>)| {
-        vertex.unwrap_or_else(|| surface.first_vertex_of(node as u32))
-    };
-    first.into_iter().enumerate().map(of).collect()
 }

@@ -3,8 +3,8 @@
 use super::colliders;
 use super::folders::{Folders, Unusable};
 use super::source::ListFile;
-use super::{LoadError, Loaded, SceneSource};
-use crate::mesh::{MeshOptions, load_mesh};
+use super::{LoadError, Loaded, SceneSource, poses};
+use crate::mesh::{MeshOptions, load_moved};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use taffeta::scene::{Body, Mesh};
@@ -46,13 +46,15 @@ fn fill_mesh(
     }
     let Mesh::File(name) = &body.mesh else {
         let needless = stand_in.map(|_| source.at_path(&format!("{path}.stand_in"), NOT_STOOD_IN_FOR));
-        return needless.map_or(Ok(()), Err);
+        needless.map_or(Ok(()), Err)?;
+        return fill_poses(body, [0.0; 3], path, folders, source);
     };
     let place = format!("{path}.mesh.file");
     match (folders.find(name), stand_in) {
         (Ok(file), _) => {
-            let surface = load(body, &file, path, folders, source)?;
+            let (surface, moved) = load(body, &file, path, folders, source)?;
             body.mesh = Mesh::Surface(Arc::new(surface));
+            fill_poses(body, moved, path, folders, source)?;
         }
         (Err(Unusable::Missing(why)), Some(shape)) => {
             let who = if body.name.is_empty() { path } else { &body.name };
@@ -62,6 +64,8 @@ fn fill_mesh(
             };
             notes.push(format!("body `{who}` uses its stand-in{rest}: {why}"));
             (body.mesh, body.rest_shape, body.fill_holes) = (shape, None, false);
+            // They are those of the mesh that is not there.
+            body.pins.iter_mut().for_each(|pin| pin.poses = None);
         }
         (Err(Unusable::Missing(why) | Unusable::Refused(why)), _) => {
             return Err(source.at_path(&place, why));
@@ -70,18 +74,39 @@ fn fill_mesh(
     Ok(())
 }
 
-/// The mesh in `file`, with the body's rest shape.
+/// Reads the poses that pins of a body follow, whose mesh was `moved` to the origin [m].
+fn fill_poses(
+    body: &mut Body,
+    moved: [f64; 3],
+    path: &str,
+    folders: &Folders<'_>,
+    source: &SceneSource,
+) -> Result<(), LoadError> {
+    for (index, pin) in body.pins.iter_mut().enumerate() {
+        let Some(given) = &mut pin.poses else { continue };
+        poses::fill(
+            given,
+            (Some(&body.mesh), moved),
+            &format!("{path}.pin[{index}].poses"),
+            folders,
+            source,
+        )?;
+    }
+    Ok(())
+}
+
+/// The mesh in `file`, with the body's rest shape, and what was taken off all its places [m].
 fn load(
     body: &Body,
     file: &Path,
     path: &str,
     folders: &Folders<'_>,
     source: &SceneSource,
-) -> Result<Surface, LoadError> {
+) -> Result<(Surface, [f64; 3]), LoadError> {
     let rest_key = format!("{path}.rest_shape");
     let rest = body.rest_shape.as_ref().map(|name| found(folders, name, &rest_key, source)).transpose()?;
     let options = MeshOptions { fill_holes: body.fill_holes, rest: rest.as_deref(), ..folders.options() };
-    load_mesh(file, &options).map_err(|error| {
+    load_moved(file, &options).map_err(|error| {
         let in_rest = rest.is_some_and(|rest| error.file == rest.display().to_string());
         let key = if in_rest { rest_key } else { format!("{path}.mesh.file") };
         source.at_path(&key, error.to_string())

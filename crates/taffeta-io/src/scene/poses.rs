@@ -1,19 +1,72 @@
 //! Poses from a PC2 file, the point cache of 3ds Max that Blender and Maya write: a header of 32 bytes, then 32-bit floats,
 //! sample by sample, little endian.
 
+use super::files::found;
 use super::folders::Folders;
+use super::{LoadError, SceneSource};
+use crate::mesh::{load_pose, take_off};
 use std::path::Path;
+use std::sync::Arc;
+use taffeta::scene::{Mesh, Poses};
+use taffeta::topology::Surface;
 
 const HEADER: usize = 32;
 /// Most bytes of a file.
 const LONGEST: u64 = 4 << 30;
 
-/// The samples of a file, each with a place [m] for each of so many `vertices`.
-pub(super) fn read(
+/// Reads the poses at `path` of a mesh, which all move as it was moved to the origin [m].
+pub(super) fn fill(
+    poses: &mut Poses,
+    (mesh, moved): (Option<&Mesh>, [f64; 3]),
+    path: &str,
     folders: &Folders<'_>,
-    path: &Path,
-    vertices: usize,
-) -> Result<Vec<Vec<[f64; 3]>>, String> {
+    source: &SceneSource,
+) -> Result<(), LoadError> {
+    let surface = match mesh {
+        Some(Mesh::Surface(surface)) => surface,
+        Some(_) => {
+            let what =
+                "`poses` are those of a mesh from a file, and this mesh is from none; mesh.file would do";
+            return Err(source.at_path(path, what));
+        }
+        None => return Ok(()),
+    };
+    let mut all = Vec::new();
+    if let Some(name) = &poses.file {
+        let place = format!("{path}.file");
+        let file = found(folders, name, &place, source)?;
+        all = read(folders, &file, surface.vertices.len()).map_err(|what| source.at_path(&place, what))?;
+    }
+    for (index, name) in poses.files.iter().enumerate() {
+        let place = format!("{path}.files[{index}]");
+        let file = found(folders, name, &place, source)?;
+        let pose = load_pose(&file, &folders.options(), surface)
+            .map_err(|error| source.at_path(&place, error.to_string()))?;
+        all.push(pose);
+    }
+    all.iter_mut().for_each(|pose| take_off(pose, moved));
+    let vertices = first_vertices(surface);
+    let by_node =
+        |pose: Vec<[f64; 3]>| Arc::new(vertices.iter().map(|&vertex| pose[vertex]).collect::<Vec<_>>());
+    poses.nodes.extend(all.into_iter().map(by_node));
+    Ok(())
+}
+
+/// A vertex at each node.
+fn first_vertices(surface: &Surface) -> Vec<usize> {
+    let Some(nodes) = &surface.node_of_vertex else { return (0..surface.nodes.len()).collect() };
+    let mut first = vec![None; surface.nodes.len()];
+    for (vertex, &node) in nodes.iter().enumerate().rev().filter(|(_, node)| **node != u32::MAX) {
+        first[node as usize] = Some(vertex);
+    }
+    let of = |(node, vertex): (usize, Option<usize>)| {
+        vertex.unwrap_or_else(|| surface.first_vertex_of(node as u32))
+    };
+    first.into_iter().enumerate().map(of).collect()
+}
+
+/// The samples of a file, each with a place [m] for each of so many `vertices`.
+fn read(folders: &Folders<'_>, path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
     let named = |what: String| format!("{}: {what}", path.display());
     let unread = |error: std::io::Error| named(format!("cannot be read: {error}"));
     let bytes = folders.read(path, LONGEST + 1).map_err(unread)?;

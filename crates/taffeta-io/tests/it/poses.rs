@@ -1,4 +1,4 @@
-//! Poses of colliders from files.
+//! Poses of colliders and of pins from files.
 
 use std::fs;
 use std::path::Path;
@@ -62,6 +62,49 @@ fn poses_of_a_far_mesh_are_moved_as_it_is() {
             }
         }
     }
+}
+
+/// The nodes of a pin in each pose, of a scene whose body is that mesh.
+fn load_pinned(folder: &Path, pin: &str) -> Result<Vec<Vec<V>>, String> {
+    let body = format!(
+        "[[body]]\nmesh.file = \"mesh.obj\"\nmass = 1.0\nsprings.structural = {{ k = 1.0 }}\n[[body.pin]]\n\
+         select = {{ nodes = [0, 3] }}\n{pin}\n"
+    );
+    fs::write(folder.join("s.toml"), body).unwrap();
+    let loaded = load_scene(&folder.join("s.toml"), &[]).map_err(|error| error.to_string())?;
+    loaded.scene.validate().map_err(|error| loaded.source.locate(&error).to_string())?;
+    let Mesh::Surface(mesh) = &loaded.scene.bodies[0].mesh else {
+        panic!("{:?}", loaded.scene.bodies[0].mesh)
+    };
+    let origin = mesh.nodes[0];
+    let poses = loaded.scene.bodies[0].pins[0].poses.clone().unwrap();
+    let from = |pose: &Vec<V>| pose.iter().map(|x| [0, 1, 2].map(|axis| x[axis] - origin[axis])).collect();
+    Ok(poses.nodes.iter().map(|pose| from(pose)).collect())
+}
+
+#[test]
+fn pins_follow_poses_of_the_mesh_of_their_body() {
+    for far in [0.0, 131072.0] {
+        let folder = tempfile::tempdir().unwrap();
+        let poses: Vec<Vec<V>> = (0..3).map(|index| pose(far, index)).collect();
+        fs::write(folder.path().join("mesh.obj"), obj(&poses[0], FACES)).unwrap();
+        fs::write(folder.path().join("film.pc2"), pc2(&poses)).unwrap();
+        let given = load_pinned(folder.path(), "poses = { file = \"film.pc2\", interval = 0.5 }").unwrap();
+        let near: Vec<Vec<V>> = (0..3).map(|index| pose(0.0, index)).collect();
+        assert_eq!(given, near, "{far} m away");
+        let refused = |pin: &str| load_pinned(folder.path(), pin).unwrap_err();
+        let words = refused("poses = { file = \"none.pc2\" }");
+        assert!(words.contains("s.toml:7:18") && words.contains("none.pc2"), "{words}");
+        let words = refused("poses = { file = \"film.pc2\" }\nbreak_force = 1.0");
+        assert!(words.contains("s.toml:7") && words.contains("cannot be beside break_force"), "{words}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("film.pc2"), pc2(&[pose(0.0, 0)])).unwrap();
+    let grid = "[[body]]\nmesh.grid = { rows = 2, cols = 2, size = [1.0, 1.0] }\nmass = 1.0\nsprings.structural = { k = 1.0 }\n\
+                [[body.pin]]\nselect = { nodes = [0] }\nposes = { file = \"film.pc2\" }\n";
+    fs::write(folder.path().join("s.toml"), grid).unwrap();
+    let words = load_scene(&folder.path().join("s.toml"), &[]).unwrap_err().to_string();
+    assert!(words.contains("s.toml:7") && words.contains("mesh.file would do"), "{words}");
 }
 
 #[test]

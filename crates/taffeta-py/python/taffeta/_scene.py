@@ -295,6 +295,7 @@ class Scene:
         *,
         motion: Sequence[Mapping[str, Any]] | None = None,
         movable: bool = False,
+        poses: Mapping[str, Any] | None = None,
         collider: str | None = None,
         break_force: float | None = None,
         **select: Unpack[Select],
@@ -305,13 +306,14 @@ class Scene:
             body: Name of the body.
             motion: Keyframes: ``[{"t": 1.0, "translate": (0, 0.1, 0)}]``, t in s and translate in m.
             movable: Whether ``Simulation.move_pin`` may move it.
+            poses: Poses of the body's mesh that they follow: ``{"file": "walk.pc2", "interval": 1 / 24}``.
             collider: Name of the collider that carries the nodes.
             break_force: Force at which it releases a node [N].
             **select: Which nodes, see ``Select``.
         """
         if movable and not motion:
             motion = [{"t": 0.0}]
-        pin = {"motion": motion, "collider": collider, "break_force": break_force, "select": _select(select)}
+        pin = {"motion": motion, "poses": poses, "collider": collider, "break_force": break_force, "select": _select(select)}
         self._document_to_edit()
         entry = self._body(body)
         return self._replace(entry, "pin", [*entry.get("pin", []), pin])

@@ -6,6 +6,8 @@ use crate::attachments::constraints::{Attachments, IS_POINT, JointMaterial, Poin
 use crate::motion::held::{self, Holders};
 use crate::motion::keyframes::Track;
 use crate::motion::moving::{MovingPin, MovingPins};
+use crate::motion::posed::{PosedPin, PosedPins};
+use crate::motion::poses;
 use crate::real::{add, cross, scale, sub};
 use crate::scene::{Body, Scene, SceneError};
 use std::collections::{BTreeMap, HashSet};
@@ -21,6 +23,8 @@ impl Assembly {
     ) -> Result<(), SceneError> {
         let mut track_of: Vec<u32> = Vec::new();
         let mut breaking: BTreeMap<usize, (u32, Point)> = BTreeMap::new();
+        // The pin whose poses a node follows, and the node's number in the mesh.
+        let mut posed: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
         let (mut pins, mut holders) = (Vec::new(), Holders::new());
         for (p, pin) in body.pins.iter().enumerate() {
             let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
@@ -42,11 +46,18 @@ impl Assembly {
                 if !track.is_still() {
                     track_of.resize(built.nodes, u32::MAX);
                 }
-                for local in locals {
-                    held::hold(&mut holders, local, p, !track.is_still());
+                let moves = !track.is_still() || pin.poses.is_some();
+                for (local, &node) in locals.into_iter().zip(&chosen) {
+                    held::hold(&mut holders, local, p, moves);
                     built.free[local] = false;
-                    if !track.is_still() {
-                        track_of[local] = number;
+                    if moves {
+                        posed.remove(&local);
+                        if let Some(track) = track_of.get_mut(local) {
+                            *track = number;
+                        }
+                    }
+                    if pin.poses.is_some() {
+                        posed.insert(local, (p, node as usize));
                     }
                 }
             }
@@ -63,6 +74,7 @@ impl Assembly {
             track,
             start: built.start[local],
         }));
+        self.pose_pins(path, body, built, &posed)?;
         let index = self.bodies.len();
         self.held_mut().add(index, built, &pins, &holders);
         // What another pin holds for good stays.
@@ -72,10 +84,46 @@ impl Assembly {
         Ok(())
     }
 
+    /// Notes nodes that follow poses: each with the pin whose poses they are, and its number in the mesh.
+    fn pose_pins(
+        &mut self,
+        path: &str,
+        body: &Body,
+        built: &BodyAssembly,
+        posed: &BTreeMap<usize, (usize, usize)>,
+    ) -> Result<(), SceneError> {
+        for (p, pin) in body.pins.iter().enumerate() {
+            let Some(given) = &pin.poses else { continue };
+            let poses = poses::given(given, &built.user_surface(), false)
+                .map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
+            let nodes = posed.iter().filter(|(_, (pin, _))| *pin == p);
+            let nodes: Vec<(u32, usize)> =
+                nodes.map(|(&local, &(_, node))| ((built.first + local) as u32, node)).collect();
+            let of = |pose: Vec<[f64; 3]>| -> Vec<[f64; 3]> {
+                nodes.iter().map(|&(_, node)| built.placement.apply(pose[node])).collect()
+            };
+            let all: &mut PosedPins = self.extensions.get_mut();
+            all.0.push(PosedPin {
+                nodes: nodes.iter().map(|&(node, _)| node).collect(),
+                poses: poses.into_iter().map(of).collect(),
+                interval: given.interval,
+                start: given.start,
+            });
+        }
+        Ok(())
+    }
+
     /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
     /// placed, whatever moves them.
     pub(crate) fn start_pins(&mut self) {
         let Self { bodies, extensions, .. } = self;
+        for pin in extensions.get::<PosedPins>().into_iter().flat_map(|posed| &posed.0) {
+            for (&node, place) in pin.nodes.iter().zip(pin.at(0.0)) {
+                let body = bodies.partition_point(|body| body.first <= node as usize) - 1;
+                let body = &mut bodies[body];
+                body.start[node as usize - body.first] = place;
+            }
+        }
         let moving: &MovingPins = extensions.get_mut();
         let mut bodies = bodies.iter_mut().peekable();
         for pin in &moving.pins {

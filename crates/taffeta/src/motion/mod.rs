@@ -1,4 +1,4 @@
-//! Prescribed motion: keyframes, and the nodes that follow them.
+//! Prescribed motion: keyframes and poses, and the nodes that follow them.
 
 pub mod cpu;
 #[cfg(feature = "gpu")]
@@ -12,4 +12,5 @@ pub mod held_gpu;
 pub mod keyframes;
 pub mod moving;
 pub mod pins;
+pub mod posed;
 pub mod poses;

@@ -1,9 +1,11 @@
 use crate::scene::{
-    ContactForm, Keyframe, Layers, Material, Mesh, Rotation, SelfCollision, Tethers, Volume, VolumeForm,
+    ContactForm, Keyframe, Layers, Material, Mesh, Poses, Rotation, SelfCollision, Tethers, Volume,
+    VolumeForm,
 };
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// Cloth or a soft body.
 ///
@@ -368,6 +370,9 @@ pub struct Pin {
     /// How they move; without keyframes they stay.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Keyframe>,
+    /// Or poses of the body's mesh that they follow, in straight lines from frame to frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub poses: Option<Poses>,
     /// Name of the collider that carries them instead, as if they were fixed to it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collider: Option<String>,
@@ -569,6 +574,14 @@ impl Body {
     /// Moves nodes by keyframes.
     pub fn pin_moving(mut self, select: Select, motion: Vec<Keyframe>) -> Self {
         self.pins.push(Pin { select, motion, ..Pin::default() });
+        self
+    }
+
+    /// Has nodes follow poses of the body's mesh, before it is placed [m], `interval` [s] apart from the start on.
+    pub fn pin_posed(mut self, select: Select, interval: f64, poses: Vec<Vec<[f64; 3]>>) -> Self {
+        let nodes = poses.into_iter().map(Arc::new).collect();
+        let poses = Some(Poses { interval, nodes, ..Poses::default() });
+        self.pins.push(Pin { select, poses, ..Pin::default() });
         self
     }
 

@@ -221,7 +221,7 @@ pub struct Poses {
     /// A PC2 file with the mesh's vertices in its order.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Or mesh files, one for each pose, with the vertices and faces of the collider's mesh.
+    /// Or mesh files, one for each pose, with the vertices and faces of the mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
     /// Time from a pose to the next [s].

@@ -1,6 +1,6 @@
 //! Whether two scenes are the same, and where they differ.
 
-use crate::scene::{Mesh, Scene, Surface};
+use crate::scene::{Mesh, Poses, Scene, Surface};
 use serde_json::Value;
 use std::hash::Hasher;
 use twox_hash::XxHash64;
@@ -28,20 +28,12 @@ pub fn identity(scene: &Scene) -> String {
             hash.list(pairs.as_flattened().iter().map(|&i| u64::from(i)));
             internal.file = Some(format!("struts with hash {:016x}", hash.0.finish()));
         }
+        body.pins.iter_mut().filter_map(|pin| pin.poses.as_mut()).for_each(hash_poses);
     }
     for collider in &mut plain.colliders {
         let meshes = [&mut collider.mesh, &mut collider.convex, &mut collider.stand_in];
         meshes.into_iter().flatten().for_each(hash_surface);
-        if let Some(poses) = &mut collider.poses
-            && !poses.nodes.is_empty()
-        {
-            let mut hash = Hash::default();
-            for nodes in std::mem::take(&mut poses.nodes) {
-                hash.list(nodes.as_flattened().iter().map(|x| x.to_bits()));
-            }
-            (poses.file, poses.files) =
-                (Some(format!("poses with hash {:016x}", hash.0.finish())), Vec::new());
-        }
+        collider.poses.iter_mut().for_each(hash_poses);
     }
     // Numbers, words, lists and tables with words as keys: nothing that JSON refuses.
     let mut value = serde_json::to_value(&plain).expect("a scene without data of files is text");
@@ -69,6 +61,18 @@ fn hash_surface(mesh: &mut Mesh) {
     if let Mesh::Surface(surface) = mesh {
         *mesh = Mesh::File(format!("a surface with hash {:016x}", surface_hash(surface)));
     }
+}
+
+/// Puts the hash of poses that are known in their place.
+fn hash_poses(poses: &mut Poses) {
+    if poses.nodes.is_empty() {
+        return;
+    }
+    let mut hash = Hash::default();
+    for nodes in std::mem::take(&mut poses.nodes) {
+        hash.list(nodes.as_flattened().iter().map(|x| x.to_bits()));
+    }
+    (poses.file, poses.files) = (Some(format!("poses with hash {:016x}", hash.0.finish())), Vec::new());
 }
 
 /// The first place in which two scenes differ, in words; `None` where they are the same.

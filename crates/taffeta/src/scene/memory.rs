@@ -1,7 +1,7 @@
 //! How much memory a scene will take, told before any of it is taken.
 
 use crate::advice::Advice;
-use crate::scene::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs, Surface};
+use crate::scene::{Body, Mesh, Method, Pin, Scene, Seam, Select, Spring, Springs, Surface};
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
 /// that of the scene itself.
@@ -229,7 +229,7 @@ impl Body {
     fn mesh_bytes(&self) -> u64 {
         let of_elements = |by: usize| self.elements().iter().map(|one| one.bytes[by]).sum::<u64>();
         let nodes = self.mesh.nodes();
-        let pins = self.moving_nodes().saturating_mul(MOVING_PIN);
+        let pins = self.moving_nodes().saturating_mul(MOVING_PIN).saturating_add(self.pose_bytes());
         let mesh = match &self.mesh {
             Mesh::Grid(_) => nodes.saturating_mul(GRID_NODE + of_elements(1)),
             mesh => {
@@ -269,6 +269,15 @@ impl Body {
             Mesh::Grid(_) => self.mesh.nodes().saturating_mul(2 * kinds(&[*structural, *shear, *bend])),
             mesh => extent(mesh)[2].saturating_mul(kinds(&[*structural, *bend])),
         }
+    }
+
+    /// Of places that pins follow, at most [byte].
+    fn pose_bytes(&self) -> u64 {
+        let of = |pin: &Pin| {
+            let poses = pin.poses.as_ref().map_or(0, |poses| poses.nodes.len() as u64);
+            poses.saturating_mul(self.most_selected(&pin.select)).saturating_mul(24)
+        };
+        self.pins.iter().map(of).fold(0, u64::saturating_add)
     }
 
     /// Nodes that follow keyframes, at most.

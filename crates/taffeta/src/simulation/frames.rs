@@ -1,6 +1,6 @@
 //! Frames of a simulation: submitted, and then polled.
 
-use crate::backend::Lost;
+use crate::backend::{FrameInput, Lost};
 use crate::diagnostics::advice::runaway;
 use crate::report::FrameReport;
 use crate::simulation::{InputError, OnDivergence, Simulation, StepError};
@@ -139,7 +139,8 @@ impl Simulation {
     pub(super) fn start_frame(&mut self, before: u32) -> Result<bool, StepError> {
         let frame = before + 1;
         let start = f64::from(before) * self.backend.assembly().time.dt;
-        let input = std::mem::take(&mut self.input);
+        let mut input = std::mem::take(&mut self.input);
+        self.follow_poses(before, &mut input);
         let lost = |Lost(why)| StepError::Lost { frame, why };
         if self.decide_who_sleeps(before, &input).map_err(lost)? {
             self.sleeping.idle += 1;
@@ -156,5 +157,15 @@ impl Simulation {
         self.moved = input.moves.iter().map(|&(node, ..)| node).collect();
         self.backend.frame(start, input).map_err(lost)?;
         if self.backend.was_stopped() { Err(StepError::Stopped { frame }) } else { Ok(driven) }
+    }
+
+    /// Adds what poses of pins move in the frame after `before`.
+    fn follow_poses(&self, before: u32, input: &mut FrameInput) {
+        let (assembly, dt) = (self.backend.assembly(), self.dt());
+        let moves = assembly.posed_moves([f64::from(before) * dt, f64::from(before + 1) * dt]);
+        input
+            .moves
+            .extend(moves.into_iter().filter(|&(node, ..)| !self.is_frozen(assembly.number_of_body(node))));
+        input.moves.sort_unstable_by_key(|&(node, ..)| node);
     }
 }

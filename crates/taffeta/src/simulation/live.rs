@@ -122,7 +122,12 @@ impl Simulation {
         Path::of("place").within(&to)?;
         let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
         let moving = self.backend.assembly().moving_pins();
-        let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
+        let posed = self.backend.assembly().posed_pins();
+        let keyed = |node: &usize| {
+            let node = *node as u32;
+            moving.binary_search_by_key(&node, |pin| pin.node).is_ok()
+                || posed.iter().any(|pin| pin.nodes.contains(&node))
+        };
         if nodes.iter().any(keyed) {
             let what = format!("vertex {vertex} of body `{}`", found.name);
             return Err(InputError::FollowsKeyframes { what });

@@ -110,6 +110,9 @@ impl Simulation {
         if let Some(pin) = assembly.pin_in_place(body) {
             return Err(InputError::Immovable { body: name.clone(), pin });
         }
+        if assembly.is_posed_after(body, now) {
+            return Err(InputError::FollowsKeyframes { what: format!("a pin of body `{name}`") });
+        }
         let pins =
             (0..self.bodies[body].pins).filter_map(|pin| Some((pin, assembly.track_of_pin(body, pin)?)));
         let track = |(pin, track): (usize, usize)| {

@@ -27,6 +27,7 @@ mod oracle;
 mod pairs;
 mod parity;
 mod pool;
+mod posed;
 mod primal;
 mod random_surfaces;
 mod reactions;

@@ -2,6 +2,7 @@
 
 use crate::scene::validate::MOST_NAMES;
 use crate::scene::validate::body::check_select;
+use crate::scene::validate::collider::check_poses;
 use crate::scene::validate::path::{Checked, Path, plain};
 use crate::scene::{Body, Closing, Pin, Scene, Seam, SeamSide};
 use std::collections::HashMap;
@@ -119,7 +120,19 @@ fn some_of(names: &[String]) -> String {
 
 /// What a pin has beside nodes and motion.
 pub(crate) fn check_pin(path: &Path, pin: &Pin) -> Checked {
-    check_break(path, pin.break_force)
+    check_break(path, pin.break_force)?;
+    let Some(poses) = &pin.poses else { return Ok(()) };
+    let path = path.key("poses");
+    check_poses(&path, poses)?;
+    let others = [
+        (!pin.motion.is_empty(), "motion"),
+        (pin.collider.is_some(), "collider"),
+        (pin.break_force.is_some(), "break_force"),
+    ];
+    match others.iter().find(|(given, _)| *given) {
+        Some((_, key)) => path.refuse(&format!("cannot be beside {key}; one of them would do")),
+        None => Ok(()),
+    }
 }
 
 pub(crate) fn check_tethers(path: &Path, body: &Body) -> Checked {

@@ -105,7 +105,7 @@ fn check_heightfield(path: &Path, field: &Heightfield) -> Checked {
     heights.copied().try_for_each(|height| path.key("heights").within(&[height]))
 }
 
-fn check_poses(path: &Path, poses: &Poses) -> Checked {
+pub(crate) fn check_poses(path: &Path, poses: &Poses) -> Checked {
     path.key("interval").positive(poses.interval, "s")?;
     path.key("start").not_negative(poses.start, "s")?;
     let both = poses.file.is_some() && !poses.files.is_empty();
