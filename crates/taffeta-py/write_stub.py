@@ -44,6 +44,7 @@ FUNCTIONS = {
     "format_toml": "(data: Mapping[str, Any]) -> str",
     "format_value": "(value: Any) -> str",
     "info": "() -> dict[str, Any]",
+    "materials": "() -> dict[str, dict[str, Any]]",
     "parse_toml": "(text: str) -> dict[str, Any]",
     "read_text": "(path: str | os.PathLike[str]) -> str",
 }

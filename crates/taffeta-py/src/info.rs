@@ -1,7 +1,10 @@
 //! What a simulation, the package and the machine are.
 
+use crate::document::to_python;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
+use taffeta::scene::PRESETS;
 use taffeta::taffeta_gpu::adapters;
 use taffeta_io::program::processor;
 
@@ -100,4 +103,26 @@ pub fn info(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let gpus = py.detach(|| adapters().iter().map(ToString::to_string).collect::<Vec<_>>());
     dict.set_item("gpus", gpus)?;
     Ok(dict)
+}
+
+/// Fabrics by name, those that `material` may be: for each a dict of its numbers, `title` and `source`.
+///
+/// The keys are those of `[body.material]`: `density` [kg/m²], `stretch` and `shear` [N/m], `bending` [N·m], and others.
+///
+/// >>> import taffeta
+/// >>> fabrics = taffeta.materials()
+/// >>> fabrics["denim"]["density"] > fabrics["silk"]["density"]
+/// True
+#[pyfunction]
+pub fn materials(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let all = PyDict::new(py);
+    for preset in PRESETS {
+        let numbers = toml::Value::try_from(preset.fabric);
+        let numbers = numbers.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        let fabric = to_python(py, &numbers)?;
+        fabric.set_item("title", preset.title)?;
+        fabric.set_item("source", preset.source)?;
+        all.set_item(preset.name, fabric)?;
+    }
+    Ok(all)
 }

@@ -23,7 +23,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::info::{Body, Collider, info};
+    use crate::info::{Body, Collider, info, materials};
     #[pymodule_export]
     use crate::scene::{check, check_mesh, format_toml, format_value, parse_toml, read_text};
     #[pymodule_export]

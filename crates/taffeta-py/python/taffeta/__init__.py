@@ -21,7 +21,7 @@ from taffeta._errors import (
     SceneWarning,
     SnapshotError,
 )
-from taffeta._native import Body, Collider, Simulation, Worlds, __version__, info
+from taffeta._native import Body, Collider, Simulation, Worlds, __version__, info, materials
 from taffeta._pose import pose
 from taffeta._reports import Report, to_pandas
 from taffeta._scene import Scene
@@ -46,6 +46,7 @@ __all__ = [
     "__version__",
     "fit",
     "info",
+    "materials",
     "pose",
     "sweep",
     "to_pandas",

@@ -28,6 +28,17 @@ def format_value(value: Any) -> str:
 def info() -> dict[str, Any]:
     """What this build and this machine are."""
 
+def materials() -> dict[str, dict[str, Any]]:
+    """Fabrics by name, those that `material` may be: for each a dict of its numbers, `title` and `source`.
+
+    The keys are those of `[body.material]`: `density` [kg/m²], `stretch` and `shear` [N/m], `bending` [N·m], and others.
+
+    >>> import taffeta
+    >>> fabrics = taffeta.materials()
+    >>> fabrics["denim"]["density"] > fabrics["silk"]["density"]
+    True
+    """
+
 def parse_toml(text: str) -> dict[str, Any]:
     """What a TOML text says, as a dict."""
 
