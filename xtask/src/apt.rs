@@ -7,6 +7,23 @@ pub fn is_ours() -> bool {
     has_apt() && is_root()
 }
 
+/// Installs what is missing, each with its package, or says what would do and `why`.
+pub fn provide(missing: &[(&str, &str)], why: &str) -> Result<(), String> {
+    let packages: Vec<&str> = missing.iter().map(|(_, package)| *package).collect();
+    if packages.is_empty() {
+        return Ok(());
+    }
+    let (names, list): (Vec<&str>, _) = (missing.iter().map(|(name, _)| *name).collect(), packages.join(" "));
+    if !is_ours() {
+        let names = names.join(", ");
+        return Err(format!(
+            "there is no {names}; {why}: on Debian and Ubuntu `sudo apt-get install {list}`"
+        ));
+    }
+    println!("xtask: installs {list}");
+    install(&packages)
+}
+
 /// Installs packages, from the lists that are there; where those are missing or old, from new ones.
 pub fn install(packages: &[&str]) -> Result<(), String> {
     let words = [&["install", "-y", "-qq", "--no-install-recommends"][..], packages].concat();

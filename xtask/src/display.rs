@@ -18,20 +18,7 @@ pub fn provide() -> Result<(), String> {
     if !cfg!(target_os = "linux") {
         return Ok(());
     }
-    let missing = missing();
-    let packages: Vec<&str> = missing.iter().map(|(_, package)| *package).collect();
-    if packages.is_empty() {
-        return Ok(());
-    }
-    let (names, list): (Vec<&str>, _) = (missing.iter().map(|(name, _)| *name).collect(), packages.join(" "));
-    if !apt::is_ours() {
-        return Err(format!(
-            "there is no {}; the test of the viewer's window needs it: on Debian and Ubuntu `sudo apt-get install {list}`",
-            names.join(", ")
-        ));
-    }
-    println!("xtask: installs {list}");
-    apt::install(&packages)
+    apt::provide(&missing(), "the test of the viewer's window needs it")
 }
 
 fn missing() -> Vec<(&'static str, &'static str)> {

@@ -5,6 +5,7 @@
 
 mod apt;
 mod attack;
+mod blender;
 mod display;
 mod faults;
 mod fuzz;
@@ -27,9 +28,9 @@ const USAGE: &str =
                     | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
                     | attack [--scenes N] [--first SEED] [--program FILE] | sanitize [thread | miri]
                     | faults [--program FILE] | shaders | speeds [--program FILE] | python | wheel
-                    | web [--serve]
+                    | web [--serve] | blender [--test]
   test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
-             --core leaves out Bevy, the papers, Python and the web. A GPU is needed, in software if need be
+             --core leaves out Bevy, the papers, Python, Blender and the web. A GPU is needed, in software if need be
   mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
   models     fetch the bunny, armadillo, dragon and human into models/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
@@ -42,6 +43,7 @@ const USAGE: &str =
   speeds     run all benches and write the page of what they print, some five minutes on an idle machine
   python     build and test the Python package alone; Python of 3.10 or newer is needed, and pip
   wheel      build the Python package for this machine into target/wheels, with pip's maturin
+  blender    build the Blender extension into target/blender; --test tests it in Blender's module, with Python 3.11
   web        build the npm package and its page into target/web; --serve shows the page. Node 20 is needed";
 
 fn main() -> ExitCode {
@@ -60,6 +62,7 @@ fn main() -> ExitCode {
         ["speeds", ref words @ ..] => speeds::run(words),
         ["python"] => python::run(),
         ["wheel"] => python::wheel(),
+        ["blender", ref words @ ..] => blender::run(words),
         ["web", ref words @ ..] => web::run(words),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");

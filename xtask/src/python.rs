@@ -4,6 +4,7 @@ use crate::program::target;
 use crate::root;
 use crate::test::{Built, build_with};
 use crate::vulkan;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -21,29 +22,34 @@ print(simulation.step(3)['frame'], simulation.positions().shape)";
 ///
 /// Its wheel is packed from the library that was built with everything else: `maturin` would build that package alone, with other
 /// features of the engine, and so the engine once more.
-pub fn test(built: &Built) -> Result<(), String> {
-    let module = built.library("taffeta-py", ".so").or_else(|| built.library("taffeta-py", ".dylib"));
-    let Some(module) = module else { return Err("python: the package's library was not built".to_owned()) };
+pub fn test(built: &Built, wheel: &Path) -> Result<(), String> {
     let program = built.program("taffeta-cli", "taffeta");
     let Some(program) = program else { return Err("python: the program `taffeta` was not built".to_owned()) };
+    install_as_a_user(wheel)?;
     let tools = Environment::with_tools()?;
-    let wheel = pack(&tools, module)?;
-    install_as_a_user(&wheel)?;
     tools.pip(&["--force-reinstall", "--no-deps", &wheel.to_string_lossy()])?;
     let mut tests = tools.python(&["-m", "pytest", "-q", "-p", "no:cacheprovider", "--durations=3"]);
     tests.arg(root().join(PACKAGE).join("tests")).env("TAFFETA_PROGRAM", program);
     done(&mut tests, "pytest")
 }
 
+/// The wheel of what was built.
+pub fn packed(built: &Built) -> Result<PathBuf, String> {
+    let module = built.library("taffeta-py", ".so").or_else(|| built.library("taffeta-py", ".dylib"));
+    let Some(module) = module else { return Err("python: the package's library was not built".to_owned()) };
+    pack(&Environment::with_tools()?, module)
+}
+
 /// `cargo xtask python`: builds the package and the program alone, and tests the package.
 pub fn run() -> ExitCode {
     ended(
         build_with(&["build", "--profile", "quick", "-p", "taffeta-py", "-p", "taffeta-cli"])
-            .and_then(|built| test(&built)),
+            .and_then(|built| test(&built, &packed(&built)?)),
     )
 }
 
-fn ended(result: Result<(), String>) -> ExitCode {
+/// Says what went wrong.
+pub fn ended(result: Result<(), String>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
@@ -55,48 +61,62 @@ fn ended(result: Result<(), String>) -> ExitCode {
 
 /// `cargo xtask wheel`: builds the wheel of this machine into `target/wheels`.
 pub fn wheel() -> ExitCode {
+    ended(build_wheel().map(|wheel| println!("xtask: the wheel is {}", wheel.display())))
+}
+
+/// The wheel, fully optimised.
+pub fn build_wheel() -> Result<PathBuf, String> {
     let out = target().join("wheels");
-    let build = || {
-        let tools = Environment::with_tools()?;
-        let mut maturin = tools.tool("maturin");
-        maturin.args(["build", "--release", "--locked", "--out"]).arg(&out).current_dir(root().join(PACKAGE));
-        done(&mut maturin, "maturin")?;
-        println!("xtask: the wheel is in {}", out.display());
-        Ok(())
-    };
-    ended(build())
+    let _ = fs::remove_dir_all(&out);
+    let tools = Environment::with_tools()?;
+    let mut maturin = tools.tool("maturin");
+    maturin.args(["build", "--release", "--locked", "--out"]).arg(&out).current_dir(root().join(PACKAGE));
+    done(&mut maturin, "maturin")?;
+    only_file(&out)
 }
 
 /// A virtual environment.
-struct Environment(PathBuf);
+pub struct Environment(PathBuf);
 
 impl Environment {
     /// A new one, in place of what was there.
     fn new(name: &str) -> Result<Self, String> {
+        Self::of(name, &std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into()))
+    }
+
+    /// The same of some Python.
+    fn of(name: &str, python: &OsStr) -> Result<Self, String> {
         let folder = target().join("python").join(name);
-        let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
-        let mut make = Command::new(&python);
+        let mut make = Command::new(python);
         make.args(["-m", "venv", "--clear"]).arg(&folder);
         done(
             &mut make,
-            &format!("{} -m venv (Python 3.10 or newer is needed; PYTHON names one)", python.display()),
+            &format!(
+                "{} -m venv (Python 3.10 or newer is needed; PYTHON names one)",
+                Path::new(python).display()
+            ),
         )?;
         Ok(Self(folder))
     }
 
-    /// The one with all that tests need, which is kept as long as that is the same.
+    /// The one with all that the package's tests need.
     fn with_tools() -> Result<Self, String> {
-        let list = root().join(PACKAGE).join("tests/requirements.txt");
-        let wanted = fs::read_to_string(&list).map_err(|error| format!("{}: {error}", list.display()))?;
-        let tools = Self(target().join("python/tools"));
-        let kept = tools.0.join("requirements.txt");
+        let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
+        Self::kept("tools", &python, &root().join(PACKAGE).join("tests/requirements.txt"))
+    }
+
+    /// The one with the packages of a list, which is kept as long as that is the same.
+    pub fn kept(name: &str, python: &OsStr, list: &Path) -> Result<Self, String> {
+        let wanted = fs::read_to_string(list).map_err(|error| format!("{}: {error}", list.display()))?;
+        let there = Self(target().join("python").join(name));
+        let kept = there.0.join("requirements.txt");
         if fs::read_to_string(&kept).is_ok_and(|there| there == wanted) {
-            return Ok(tools);
+            return Ok(there);
         }
-        let tools = Self::new("tools")?;
-        tools.pip(&["-r", &list.to_string_lossy()])?;
+        let made = Self::of(name, python)?;
+        made.pip(&["-r", &list.to_string_lossy()])?;
         fs::write(&kept, wanted).map_err(|error| format!("{}: {error}", kept.display()))?;
-        Ok(tools)
+        Ok(made)
     }
 
     /// A program of it.
@@ -112,7 +132,7 @@ impl Environment {
         command
     }
 
-    fn python(&self, words: &[&str]) -> Command {
+    pub fn python(&self, words: &[&str]) -> Command {
         let mut command = self.tool("python");
         command.args(words);
         command
@@ -141,8 +161,13 @@ fn pack(tools: &Environment, module: &Path) -> Result<PathBuf, String> {
     let mut packed = tools.python(&["-m", "wheel", "pack"]);
     packed.arg(&staged).arg("--dest-dir").arg(&out).stdout(Stdio::null());
     done(&mut packed, "wheel pack")?;
-    let mut files = fs::read_dir(&out).map_err(|error| format!("{}: {error}", out.display()))?.flatten();
-    files.next().map(|file| file.path()).ok_or_else(|| "wheel pack: it has left no wheel".to_owned())
+    only_file(&out)
+}
+
+/// The file in a folder that has one.
+fn only_file(folder: &Path) -> Result<PathBuf, String> {
+    let mut files = fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?.flatten();
+    files.next().map(|file| file.path()).ok_or_else(|| format!("{}: there is no wheel", folder.display()))
 }
 
 /// Installs the wheel where nothing else is, and runs a scene in three lines.
@@ -169,8 +194,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn done(command: &mut Command, name: &str) -> Result<(), String> {
-    let status =
-        vulkan::quiet(command).status().map_err(|error| format!("python: {name}: cannot start: {error}"))?;
-    if status.success() { Ok(()) } else { Err(format!("python: {name}: failed ({status})")) }
+pub fn done(command: &mut Command, name: &str) -> Result<(), String> {
+    let status = vulkan::quiet(command).status().map_err(|error| format!("{name}: cannot start: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("{name}: failed ({status})")) }
 }

@@ -6,7 +6,7 @@ mod times;
 pub use built::{Built, build as build_with};
 
 use crate::program::cargo;
-use crate::{display, mutate, python, vulkan, web};
+use crate::{blender, display, mutate, python, vulkan, web};
 use std::process::{Command, ExitCode, Stdio};
 use times::{Scope, Times};
 
@@ -83,7 +83,11 @@ fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
         times.part(&program.name(), || passes(&program.name(), program.command()))?;
     }
     if !choice.core {
-        times.part("python and web", || beside(|| python::test(&built), || web::test(&built)))?;
+        times.part("python, web and blender", || {
+            let wheel = python::packed(&built)?;
+            let other = || web::test(&built).and_then(|()| blender::test(&built, &wheel));
+            beside(|| python::test(&built, &wheel), other)
+        })?;
     }
     times.part("planted faults", || mutate::sample(&built, choice.seed))?;
     times.part("documentation", || passes("documentation", built::linting(&with(&["test", "--doc"]))))
