@@ -18,6 +18,9 @@ let viewer;
 let timer;
 let turn = 0;
 let shown = 0;
+// Wind and gravity as the sliders have them, and as the text has them.
+let byHand = {};
+let written;
 
 // Light and dark.
 const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -113,6 +116,10 @@ async function build({ adopts = false } = {}) {
     const goesOn = adopts && before !== undefined;
     viewer.show(next, { keepsView: goesOn });
     if (goesOn) next.adoptState(before);
+    const world = JSON.stringify(next.world);
+    if (!goesOn || world !== written) byHand = {};
+    next.setWorld(byHand);
+    written = world;
     simulation = next;
     before?.free();
     say();
@@ -191,12 +198,15 @@ function blow() {
   const way = (at("way").value * Math.PI) / 180;
   const speed = Number(at("wind").value);
   const { air } = simulation.world;
-  if (air) simulation.setWorld({ air: { ...air, velocity: [speed * Math.cos(way), 0, speed * Math.sin(way)] } });
+  if (!air) return;
+  byHand.air = { ...air, velocity: [speed * Math.cos(way), 0, speed * Math.sin(way)] };
+  simulation.setWorld({ air: byHand.air });
 }
 for (const id of ["wind", "way"]) at(id).addEventListener("input", blow);
 at("gravity").addEventListener("input", () => {
   showNumbers();
-  simulation?.setWorld({ gravity: [0, -Number(at("gravity").value), 0] });
+  byHand.gravity = [0, -Number(at("gravity").value), 0];
+  simulation?.setWorld({ gravity: byHand.gravity });
 });
 
 // The picture.

@@ -247,6 +247,12 @@ async function gallery(page) {
   await page.locator("#wind").focus();
   for (let i = 0; i < 20; i++) await page.keyboard.press("ArrowRight");
   assert.match(await page.locator("#wind-out").textContent(), /5\.5 m\/s/);
+  // It stays when the scene is built anew for another fabric, and is that of the text once the text has another.
+  await page.locator("#preset").selectOption("wool");
+  await page.waitForFunction(() => document.querySelector("#density-out").textContent === "220 g/m²");
+  assert.match(await page.locator("#wind-out").textContent(), /5\.5 m\/s/);
+  await text.fill((await text.inputValue()).replace(/^(\s*(?:air\.)?velocity = )\[[^\]]*\]/m, "$1[2.0, 0.0, 0.0]"));
+  await page.waitForFunction(() => document.querySelector("#wind-out").textContent === "2.0 m/s");
   // A link holds the scene.
   await page.locator("#link").click();
   await page.waitForFunction(() => location.hash.startsWith("#scene="));
